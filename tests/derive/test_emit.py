@@ -1,0 +1,144 @@
+"""Printed source against SymPy, and the committed kernels against what the derivation prints."""
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sympy import Symbol, lambdify, log, sqrt, symbols
+
+from vsctrl.derive import Feature, Point, emit, emit_servo_kernels, interaction_matrix
+from vsctrl.errors import InputError
+from vsctrl.servo import kernels
+from vsctrl.symbols import F_x, F_y, lam, x, y, z
+
+SHAPES = [(), (4,), (3, 5)]
+FIRST, SECOND = (x, y, z), symbols("x_1 y_1 z_1", positive=True)
+
+
+def run(source):
+    namespace = {}
+    exec(source, namespace)
+    return namespace
+
+
+def evaluated(matrix, arguments, values):
+    """The SymPy matrix at every place of the broadcast batch, one place at a time, in doubles."""
+    batch = np.broadcast_arrays(*values)
+    exact = lambdify(arguments, matrix.tolist(), "mpmath")
+    out = np.empty((*batch[0].shape, *matrix.shape))
+    for place in np.ndindex(batch[0].shape):
+        out[place] = np.array(exact(*(float(v[place]) for v in batch)), dtype=float)
+    return out
+
+
+def test_the_committed_kernels_regenerate_to_the_letter():
+    assert Path(kernels.__file__).read_text(encoding="utf-8") == emit_servo_kernels()
+
+
+@pytest.mark.parametrize("hash_seed", ["1", "2"])
+def test_the_command_prints_the_kernels(hash_seed):
+    """Also in another process, where sets and dictionaries of symbols iterate otherwise."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-m", "vsctrl.derive.emit"],
+        env={**os.environ, "PYTHONHASHSEED": hash_seed},
+        capture_output=True,
+        encoding="utf-8",
+        check=True,
+    )
+    assert done.stdout == emit_servo_kernels()
+    assert done.stderr == ""
+
+
+def test_the_kernels_import_numpy_only():
+    imports = [
+        node.module if isinstance(node, ast.ImportFrom) else node.names[0].name
+        for node in ast.walk(ast.parse(emit_servo_kernels()))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+    ]
+    assert imports == ["numpy", "numpy.typing"]
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_point_interaction_equals_sympy(shape):
+    rng = np.random.default_rng(1)
+    values = [
+        rng.uniform(-300, 300, shape),
+        rng.uniform(-300, 300, shape),
+        rng.uniform(0.3, 3, shape),
+        rng.uniform(300, 900, shape),
+        rng.uniform(300, 900, shape),
+    ]
+    L = kernels.point_interaction(*values)
+    assert L.shape == (*shape, 2, 6)
+    expected = evaluated(interaction_matrix(Point()), Point().arguments, values)
+    # A handful of roundings; the two terms of columns 4 and 5 have the same sign: no cancellation.
+    np.testing.assert_allclose(L, expected, rtol=2e-15)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_point_projection_is_eq_15(shape):
+    rng = np.random.default_rng(2)
+    px, py, pz = rng.uniform([-1] * 2 + [0.3], [1, 1, 3], (*shape, 3)).T
+    s = kernels.point_projection(px, py, pz, 700.0, 650.0)
+    assert s.shape == (*px.shape, 2)
+    np.testing.assert_allclose(s[..., 0], px / pz * 700.0, rtol=1e-15)
+    np.testing.assert_allclose(s[..., 1], py / pz * 650.0, rtol=1e-15)
+
+
+def test_arguments_broadcast():
+    rng = np.random.default_rng(3)
+    u, v, depth = rng.uniform(1, 9, (3, 1)), rng.uniform(1, 9, 5), np.float64(0.7)
+    L = kernels.point_interaction(u, v, depth, 700.0, 650.0)
+    assert L.shape == (3, 5, 2, 6)
+    values = [u, v, depth, 700.0, 650.0]
+    expected = evaluated(interaction_matrix(Point()), Point().arguments, values)
+    np.testing.assert_allclose(L, expected, rtol=2e-15)
+
+
+def test_no_batch_shares_memory():
+    first = kernels.point_interaction(1.0, 2.0, 3.0, 4.0, 5.0)
+    first[...] = 0
+    assert kernels.point_interaction(1.0, 2.0, 3.0, 4.0, 5.0).any()
+
+
+def test_emit_prints_a_module_that_runs_by_itself():
+    printed = run(emit(Point()))["point_interaction"]
+    batch = np.array([10.0, 20.0, 30.0])
+    here = printed(batch, 2 * batch, 0.8, 700.0, 650.0)
+    np.testing.assert_array_equal(here, kernels.point_interaction(batch, 2 * batch, 0.8, 700, 650))
+
+
+FEATURES = [
+    # Constant entries, zero (0) and not (−1), on batched input.
+    Feature("depth", (z,), (FIRST,)),
+    Feature("logs", (log(z / lam), x / sqrt(x**2 + z**2)), (FIRST,), (lam,)),
+    Feature(
+        "length",
+        (sqrt(F_x**2 * (x / z - SECOND[0] / SECOND[2]) ** 2 + F_y**2 * y**2),),
+        (FIRST, SECOND),
+        (F_x, F_y),
+    ),
+    # Names that the printed function could trip over.
+    Feature("clash", (x * Symbol("c0") / z**3 + Symbol("out") * y,), (FIRST,), symbols("c0 out")),
+]
+
+
+@pytest.mark.parametrize("feature", FEATURES, ids=lambda feature: feature.name)
+@pytest.mark.parametrize("shape", SHAPES)
+def test_any_feature_prints_what_sympy_derives(feature, shape):
+    rng = np.random.default_rng(4)
+    values = [rng.uniform(0.5, 2, shape) for _ in feature.arguments]
+    L = run(emit(feature))[f"{feature.name}_interaction"](*values)
+    matrix = interaction_matrix(feature)
+    assert L.shape == (*shape, *matrix.shape)
+    expected = evaluated(matrix, feature.arguments, values)
+    np.testing.assert_allclose(L, expected, rtol=1e-12, atol=1e-13)
+
+
+def test_an_unknown_language_is_refused_with_the_known_ones():
+    with pytest.raises(InputError, match="language = 'fortran' cannot be printed; choose one of"):
+        emit(Point(), language="fortran")

@@ -1,0 +1,288 @@
+"""Every way to describe an experiment wrongly has its sentence; every right one round-trips."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vsctrl import paper
+from vsctrl.errors import InputError
+from vsctrl.servo import Scenario, scenario, simulate
+
+BASE = paper.sliding()
+TOML = BASE.to_toml()
+LAM_LINE = TOML[: TOML.index("\nlam =")].count("\n") + 2
+
+
+def refusal(action, *arguments, **keywords) -> str:
+    with pytest.raises(InputError) as caught:
+        action(*arguments, **keywords)
+    message = str(caught.value)
+    assert "pydantic" not in message
+    assert "validation error" not in message
+    assert "Input should" not in message
+    assert message.endswith(".")
+    return message
+
+
+def edited(pattern, replacement):
+    text, count = re.subn(pattern, replacement, TOML, count=1, flags=re.MULTILINE)
+    assert count == 1
+    return text
+
+
+BAD_VALUES = [
+    ("lam", -1, "law.lam: -1 is not positive; give a number above 0"),
+    ("lam", 0, "law.lam: 0 is not positive"),
+    ("lam", True, "law.lam: true is not a number"),
+    ("lam", "2.5", "law.lam: '2.5' is not a number; write one without quotes"),
+    ("lam", None, "law.lam: None is not a number"),
+    ("lam", float("nan"), "law.lam: nan is not a finite number"),
+    ("lam", 10**400, "is not a finite number"),
+    ("lam", 10**5000, "is not a finite number"),
+    ("lam", 1e12, "law.lam: 1e+12 is beyond ±1e+09; check the unit"),
+    ("lam", 1e-12, "law.lam: 1e-12 is below 1e-09; check the unit"),
+    ("k_ff", float("-inf"), "law.k_ff: -inf is not a finite number"),
+    ("period", 0.0, "vision.period: 0 is not positive"),
+    ("duration", -9, "motion.duration: -9 is not positive"),
+    ("duration", 0.01, "motion.duration: 0.01 s is shorter than one video period of 0.04 s"),
+    ("duration", 1e9, "25000000000 frames of 4 points; the limit is 1000000 frames"),
+    ("latency", -0.08, "vision.latency: -0.08 is negative; give 0 or more"),
+    ("noise_px", -1, "vision.noise_px: -1 is negative"),
+    ("seed", 1.5, "vision.seed: 1.5 is not a whole number"),
+    ("seed", True, "vision.seed: true is not a whole number"),
+    ("seed", -1, "vision.seed: -1 is out of range"),
+    ("depth_ratio", 0, "law.depth_ratio: 0 is not positive"),
+    ("Fx", -700, "camera.Fx: -700 is not positive"),
+    ("V", (0.04, 0.0), "motion.V: (0.04, 0.0) has 2 entries; give 3 numbers"),
+    ("V", 0.04, "motion.V: 0.04 is not a list; write 3 numbers in brackets"),
+    ("V", "abc", "motion.V: 'abc' is not a list"),
+    ("V", [0, False, 0], "motion.V: entry 2: false is not a number"),
+    ("V", [0, 0, float("inf")], "motion.V: entry 3: inf is not a finite number"),
+    ("offset", [0] * 5, "start.offset: [0, 0, 0, 0, 0] has 5 entries; give 6 numbers"),
+    ("points", [[0, 0, 0]] * 2, "target.points: too few points (2); give at least 3"),
+    ("points", [[0, 0, 0], [1, 0], [0, 1, 0]], "target.points: point 2: [1, 0] has 2 entries"),
+    ("points", 5, "target.points: 5 is not a list"),
+    ("interaction", "curent", 'choose one of these; did you mean "current"?'),
+    ("placement", 3, 'law.placement: 3 is not one of "measurement", "aligned", "actuator"'),
+    ("name", 3, "name: 3 is not text; write it in quotes"),
+    ("name", "\ud800", "cannot be written in UTF-8"),
+    ("V", (0, 0, 0.4), "motion.V: at t = 1.64 s of the reference point 1 lies at depth"),
+    ("offset", (0, 0, 1, 0, 0, 0), "start.offset: from the true start point 1 lies at depth"),
+]
+
+
+@pytest.mark.parametrize(
+    ("leaf", "value", "sentence"), BAD_VALUES, ids=[sentence for *_, sentence in BAD_VALUES]
+)
+def test_a_bad_value_is_refused_in_a_sentence(leaf, value, sentence):
+    assert sentence in refusal(BASE.with_, **{leaf: value})
+
+
+BAD_TOML = [
+    (edited("^lam = .*", "lamda = 2.5"), "law.lamda: unknown key with value 2.5; did you mean"),
+    (edited("^lam = .*", "lamda = 2.5"), "law.lam: missing; give it a value (gain λ, 1/s)"),
+    (edited("^Fx", "lam = 2\nFx"), "camera.lam: unknown key with value 2; it belongs into [law]"),
+    (edited("^name", "colour = 1\nname"), "colour: unknown key with value 1; it has name, "),
+    (edited("^name", "self = 1\nname"), "self: unknown key with value 1"),
+    (edited(r"^\[law\]", "[lwa]"), "lwa: unknown key with value"),
+    (edited(r"^\[law\]", "[lwa]"), 'did you mean "law"?'),
+    (edited(r"^\[law\]", "[lwa]"), "law: missing; give it a table [law]"),
+    ("law = 3", "law: 3 is not a table; write its keys under [law]"),
+    ("law = [1]", "law: [1] is not a table"),
+    (edited("^lam = .*", "lam = = 2"), f"(at line {LAM_LINE}, column 7)"),
+    (edited("^lam = .*", "lam = 2026-01-01"), "law.lam: datetime.date(2026, 1, 1) is not a nu"),
+    (edited("^lam = .*", "lam = nan"), "law.lam: nan is not a finite number"),
+    (edited("^lam = .*", "lam = " + "9" * 5000), "TOML: "),
+    ("a = " + "[" * 100_000, "TOML: "),
+]
+
+
+@pytest.mark.parametrize(("text", "sentence"), BAD_TOML, ids=[sentence for _, sentence in BAD_TOML])
+def test_bad_toml_is_refused_in_a_sentence(text, sentence):
+    assert sentence in refusal(Scenario.from_toml, text)
+
+
+def test_all_problems_come_in_one_message():
+    text = edited("^lam = .*", "lam = -1").replace("period = 0.04", "period = 'a'")
+    message = refusal(Scenario.from_toml, text.replace("[camera]", "[camera]\nfocal = 3"))
+    assert message.startswith("3 problems:\n  camera.focal: unknown key with value 3")
+    assert "\n  law.lam: -1 is not positive" in message
+    assert "\n  vision.period: 'a' is not a number" in message
+
+
+def test_the_start_printed_in_the_paper_is_refused_and_the_slip_found():
+    message = refusal(BASE.with_, position=paper.PRINTED_START)
+    # By hand, camera axes in the object frame from Rx(2°) Ry(4.2°): depth = ẑ · (P − t).
+    a, b = np.deg2rad([2.0, 4.2])
+    z_axis = [np.sin(b), -np.sin(a) * np.cos(b), np.cos(a) * np.cos(b)]
+    depth = z_axis @ (np.array([-0.125, -0.075, -0.125]) - paper.PRINTED_START)
+    assert f"point 1 lies at depth {depth:.3g} m" in message
+    assert "(-0.174, 0.044, -0.077) m" in message
+    assert "behind the camera; move the start back along the optical axis" in message
+    assert "With z = -0.77 m instead of -0.077 m every point lies in front" in message
+
+
+def test_a_start_with_no_slipped_decimal_gets_no_such_hint():
+    message = refusal(BASE.with_, position=(0, 0, 1))
+    assert "decimal" not in message
+
+
+@pytest.mark.parametrize(
+    ("latency", "frames"), [(0, 0), (0.04, 1), (0.08, 2), (0.12, 3), (40.0, 1000)]
+)
+def test_latency_in_frames(latency, frames):
+    assert BASE.with_(latency=latency).latency_frames == frames
+
+
+def test_a_latency_between_frames_is_described_but_not_simulated():
+    between = BASE.with_(latency=0.09)
+    sentence = "vision.latency: 0.09 s is 2.25 video periods of 0.04 s; "
+    for action in (lambda: between.latency_frames, lambda: simulate(between)):
+        message = refusal(action)
+        assert message.startswith(sentence)
+        assert "choose 0.08 or 0.12" in message
+
+
+def test_frames_are_whole_periods_within_rounding():
+    assert BASE.frames == 225  # 9/0.04 is 225.0, and 0.3/0.1 is 2.9999999999999996
+    assert BASE.with_(duration=0.3, period=0.1, latency=0).frames == 3
+    assert BASE.with_(duration=0.35, period=0.1, latency=0).frames == 3
+
+
+def test_integers_and_numpy_numbers_are_numbers():
+    same = BASE.with_(lam=np.float64(5), duration=9, V=np.array([0.04, 0, 0]), seed=np.int64(0))
+    assert same == BASE.with_(lam=5)
+    assert isinstance(same.law.lam, float)
+    assert type(same.vision.seed) is int
+    assert BASE.with_(k_ff=-0.0).digest == BASE.with_(k_ff=0).digest
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    missing = tmp_path / "none.toml"
+    assert refusal(Scenario.load, missing).startswith(f"{missing}: there is no such file")
+    assert "this is a directory" in refusal(Scenario.load, tmp_path)
+    latin = tmp_path / "latin.toml"
+    latin.write_bytes("name = 'Gl\xfcck'".encode("latin-1"))
+    assert "byte 10 is not UTF-8; save the file as UTF-8" in refusal(Scenario.load, latin)
+    broken = tmp_path / "broken.toml"
+    broken.write_text("name = 'x'\nlam 3\n")
+    message = refusal(Scenario.load, str(broken))
+    assert message.startswith(f"{broken}: TOML: ")
+    assert "line 2" in message
+    assert "cannot be read" in refusal(Scenario.load, "a\0b")
+    assert "decode it as UTF-8" in refusal(Scenario.from_toml, TOML.encode())
+
+
+def test_files_round_trip_with_or_without_a_byte_order_mark(tmp_path):
+    path = tmp_path / "s.toml"
+    BASE.save(path)
+    assert Scenario.load(path) == BASE
+    assert [p.name for p in tmp_path.iterdir()] == ["s.toml"]
+    path.write_bytes(b"\xef\xbb\xbf" + TOML.replace("\n", "\r\n").encode())
+    assert Scenario.load(path) == BASE
+
+
+def test_a_failed_save_leaves_everything_as_it_was(tmp_path, monkeypatch):
+    path = tmp_path / "s.toml"
+    path.write_text("old")
+    missing = tmp_path / "no" / "s.toml"
+    assert refusal(BASE.save, missing).startswith(f"{missing}: the scenario cannot be written")
+    assert "cannot be written" in refusal(BASE.save, tmp_path)
+
+    def full(self, target):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "replace", full)
+    assert "No space left on device" in refusal(BASE.save, path)
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["s.toml"]
+
+
+def test_fields_vary_by_their_own_names():
+    varied = BASE.with_(lam=5, k_ff=0.5, latency=0.04, placement="aligned", name="x")
+    assert (varied.law.lam, varied.law.k_ff, varied.law.placement) == (5.0, 0.5, "aligned")
+    assert (varied.vision.latency, varied.name) == (0.04, "x")
+    assert BASE.law.lam == 2.5
+    message = refusal(BASE.with_, lamb=3, foo=1)
+    assert 'lamb: no field of a scenario has this name; did you mean "lam"?' in message
+    assert "foo: " in message
+
+
+def test_leaf_names_are_unique_and_all_have_comments():
+    leaves = [n for table in scenario.TABLES.values() for n in table.model_fields]
+    assert len(scenario.TABLE_OF) == len(leaves) + 2
+    for name in scenario.COMMENTS:
+        assert scenario.COMMENTS[name]
+        assert TOML.count(scenario.COMMENTS[name]) == 1
+
+
+def test_digest_is_stable_and_sensitive():
+    assert re.fullmatch("[0-9a-f]{12}", BASE.digest)
+    assert Scenario.from_toml(TOML).digest == BASE.digest
+    code = "from vsctrl import paper; print(paper.sliding().digest)"
+    other = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.strip()
+    assert other == BASE.digest
+    changes = {
+        "lam": np.nextafter(2.5, 3), "k_ff": 0, "latency": 0, "placement": "aligned",
+        "interaction": "mean", "depth_ratio": 1.1, "noise_px": 1, "seed": 1, "Fx": 701,
+        "Fy": 701, "V": (0.03, 0, 0), "Omega": (0, 0.01, 0), "duration": 8, "period": 0.02,
+        "offset": (0.01, 0, 0, 0, 0, 0), "position": (0, 0, -1), "euler_xyz_deg": (0, 0, 0),
+        "name": "x", "description": "x", "points": [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]],
+    }  # fmt: skip
+    assert set(changes) == set(scenario.TABLE_OF)
+    digests = {BASE.with_(**{leaf: value}).digest for leaf, value in changes.items()}
+    assert len(digests | {BASE.digest}) == len(changes) + 1
+
+
+def test_a_scenario_cannot_be_changed_in_place():
+    for action in (lambda: setattr(BASE, "name", "x"), lambda: setattr(BASE.law, "lam", 1.0)):
+        assert "make another one with scenario.with_(" in refusal(action)
+
+
+def test_tables_speak_in_sentences_too():
+    assert refusal(scenario.LawTable, lam=-1).startswith("lam: -1 is not positive")
+
+
+finite = st.floats(-1e3, 1e3, allow_nan=False)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    name=st.text(st.characters(codec="utf-8")),
+    description=st.text(st.sampled_from("\"\\\n\r\t\b\f\0\x7f'#é€𝔸")),
+    lam=st.floats(1e-9, 1e9),
+    k_ff=finite,
+    offset=st.tuples(*[st.floats(-0.2, 0.2)] * 6),
+    noise_px=st.floats(0, 1e9),
+    seed=st.integers(0, 2**63 - 1),
+    points=st.lists(st.tuples(*[st.floats(-0.2, 0.2)] * 3), min_size=3, max_size=6),
+)
+def test_toml_gives_back_exactly_the_same_scenario(**changes):
+    try:
+        varied = BASE.with_(position=(0, 0, -2), euler_xyz_deg=(0, 0, 0), **changes)
+    except InputError as error:
+        assert "behind the camera" in str(error)
+        return
+    again = Scenario.from_toml(varied.to_toml())
+    assert again == varied
+    assert again.digest == varied.digest
+    assert again.to_toml() == varied.to_toml()
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.integers(0, len(TOML) - 1), st.integers(0, 12), st.text(max_size=3))
+def test_a_mistyped_file_is_a_scenario_or_a_sentence(start, length, inserted):
+    text = TOML[:start] + inserted + TOML[start + length :]
+    try:
+        assert Scenario.from_toml(text).frames >= 1
+    except InputError as error:
+        assert str(error).endswith(".")
+        assert "pydantic" not in str(error)

@@ -1,0 +1,63 @@
+"""vsctrl: how far behind a visual-servoing camera will be, how fast it may go, and why.
+
+The public names load on first use, so that ``import vsctrl`` is instant.
+"""
+
+from importlib import import_module, metadata
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from vsctrl import derive as derive
+    from vsctrl import loop as loop
+    from vsctrl import paper as paper
+    from vsctrl.diagram import Block as Block
+    from vsctrl.diagram import Diagram as Diagram
+    from vsctrl.diagram import Parabola as Parabola
+    from vsctrl.diagram import Ramp as Ramp
+    from vsctrl.diagram import Sine as Sine
+    from vsctrl.diagram import Step as Step
+    from vsctrl.diagram import Sum as Sum
+    from vsctrl.errors import InputError as InputError
+    from vsctrl.errors import LimitError as LimitError
+    from vsctrl.loop import figure1 as figure1
+    from vsctrl.loop import per_sample as per_sample
+    from vsctrl.report import write_report as write_report
+    from vsctrl.servo import Run as Run
+    from vsctrl.servo import Scenario as Scenario
+    from vsctrl.servo import simulate as simulate
+    from vsctrl.study import validate as validate
+
+_HOME = {
+    "Block": "vsctrl.diagram",
+    "Diagram": "vsctrl.diagram",
+    "InputError": "vsctrl.errors",
+    "LimitError": "vsctrl.errors",
+    "Parabola": "vsctrl.diagram",
+    "Ramp": "vsctrl.diagram",
+    "Run": "vsctrl.servo",
+    "Scenario": "vsctrl.servo",
+    "Sine": "vsctrl.diagram",
+    "Step": "vsctrl.diagram",
+    "Sum": "vsctrl.diagram",
+    "figure1": "vsctrl.loop",
+    "per_sample": "vsctrl.loop",
+    "simulate": "vsctrl.servo",
+    "validate": "vsctrl.study",
+    "write_report": "vsctrl.report",
+}
+_ROOMS = ("derive", "loop", "paper")
+
+__all__ = [*_HOME, *_ROOMS]  # noqa: PLE0604 - names only
+__version__ = metadata.version("vsctrl")
+
+
+def __getattr__(name: str) -> object:
+    if name in _ROOMS:
+        return import_module(f"vsctrl.{name}")
+    if name in _HOME:
+        return getattr(import_module(_HOME[name]), name)
+    raise AttributeError(f"module 'vsctrl' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])

@@ -1,0 +1,93 @@
+"""One derived matrix as the source text of one batched NumPy function.
+
+The module exists because SymPy's own ``lambdify`` fails on batched input when an entry is a
+constant: here the batch shape comes from the arguments and every entry is written into its place.
+Which functions make up a module is left to ``kernels``.
+"""
+
+import ast
+from collections.abc import Sequence
+from itertools import count
+
+from sympy import Expr, ImmutableMatrix, Symbol, cse
+from sympy.printing.numpy import NumPyPrinter
+
+LINE_LENGTH = 100
+_INDENT = "    "
+
+
+class _Printer(NumPyPrinter):
+    """NumPy source in which integer powers of a symbol are products and quotients."""
+
+    reserved_words: set[str]
+
+    def __init__(self) -> None:
+        super().__init__()
+        # Names that the printed function uses for itself; SymPy appends _ to an argument so named.
+        # A new set: SymPy keeps the original on the class, where every other printer reads it.
+        self.reserved_words = {*self.reserved_words, "np", "numpy", "out"}
+
+    def _print_Pow(self, expr: Expr, rational: bool = False, **kwargs: object) -> str:
+        # NumPyPrinter writes 1/z² as z**(-2.0), which calls pow for every element.
+        if expr.exp.is_Integer and expr.base.is_Symbol:
+            product = "*".join([self._print(expr.base)] * abs(int(expr.exp)))
+            return f"({product})" if expr.exp > 0 else f"(1.0/({product}))"
+        return str(super()._print_Pow(expr, rational=rational, **kwargs))
+
+
+class _ShortName(ast.NodeTransformer):
+    """``numpy.sqrt`` → ``np.sqrt``."""
+
+    def visit_Name(self, node: ast.Name) -> ast.Name:
+        return ast.Name("np", node.ctx) if node.id == "numpy" else node
+
+
+def function_source(
+    name: str, arguments: Sequence[Symbol], matrix: ImmutableMatrix, docstring: Sequence[str]
+) -> str:
+    """Source of ``name(*arguments)``, which returns the matrix with the batch axes in front.
+
+    A column of k entries gives (..., k), a k×n matrix (..., k, n); the arguments are floats or
+    arrays that broadcast. Common subexpressions are computed once.
+    """
+    names = [_Printer().doprint(argument) for argument in arguments]
+    fresh = (Symbol(f"c{i}") for i in count() if f"c{i}" not in names)
+    shared, (reduced,) = cse([matrix], symbols=fresh, order="canonical")
+    column = matrix.cols == 1
+    tail = f"{matrix.rows}" if column else f"{matrix.rows}, {matrix.cols}"
+    # One allocation for the batch; zeros, because a constant-zero entry is then already in place.
+    empty = "zeros" if any(entry.is_zero for entry in matrix) else "empty"
+    body = [f"{symbol} = {_expression(value)}" for symbol, value in shared]
+    body.append(f"out = np.{empty}((*np.broadcast({', '.join(names)}).shape, {tail}))")
+    for i in range(matrix.rows):
+        for j in range(matrix.cols):
+            if not matrix[i, j].is_zero:
+                place = f"{i}" if column else f"{i}, {j}"
+                body.append(f"out[..., {place}] = {_expression(reduced[i, j])}")
+    body.append("return out")
+    lines = [*_signature(name, names), *(_INDENT + line for line in _quoted(docstring) + body)]
+    return "\n".join(line.rstrip() for line in lines) + "\n"
+
+
+def _expression(value: Expr) -> str:
+    """NumPy source with spaces around operators and no needless parentheses."""
+    tree = ast.parse(_Printer().doprint(value), mode="eval")
+    return ast.unparse(_ShortName().visit(tree))
+
+
+def _quoted(docstring: Sequence[str]) -> list[str]:
+    first, *rest = docstring
+    return [f'"""{first}', *rest, '"""'] if rest else [f'"""{first}"""']
+
+
+def _signature(name: str, names: Sequence[str]) -> list[str]:
+    """The def line as the formatter lays it out: on one line, on three, or one argument a line."""
+    arguments = [f"{argument}: Values" for argument in names]
+    result = ") -> NDArray[np.float64]:"
+    one = f"def {name}({', '.join(arguments)}{result}"
+    if len(one) <= LINE_LENGTH:
+        return [one]
+    joined = _INDENT + ", ".join(arguments)
+    if len(joined) <= LINE_LENGTH:
+        return [f"def {name}(", joined, result]
+    return [f"def {name}(", *(f"{_INDENT}{argument}," for argument in arguments), result]

@@ -1,0 +1,69 @@
+"""What users give to a derivation, checked once: scalars, vectors and unit axes.
+
+The module exists so that a bad value ends in a sentence and never inside SymPy. What is derived
+from the values is left to the other modules.
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any, TypeAlias
+
+from sympy import Expr, ImmutableMatrix, N, SympifyError, nan, oo, simplify, sympify, zoo
+
+from vsctrl.errors import InputError
+
+#: Three numbers or expressions, or a 3×1 matrix.
+Vector: TypeAlias = Sequence[Any] | ImmutableMatrix
+
+# A unit axis computed in doubles misses length 1 by a few rounding errors; typed digits miss more.
+_UNIT_TOLERANCE = 1e-12
+
+
+def scalar(name: str, value: Any) -> Expr:
+    """``value`` as a finite SymPy expression; text is refused, never parsed.
+
+    Raises InputError for anything that is not a finite number or a SymPy expression.
+    """
+    try:
+        expression = sympify(value, strict=True)
+    except SympifyError:
+        expression = None
+    if not isinstance(expression, Expr) or expression.has(nan, oo, -oo, zoo):
+        raise InputError(
+            f"{name} = {value!r} is not a finite number or a SymPy expression; "
+            "give a number or an expression of vsctrl.symbols."
+        )
+    return expression
+
+
+def vector(name: str, value: Vector) -> ImmutableMatrix:
+    """``value`` as a 3×1 column.
+
+    Raises InputError when it has not three entries, or an entry is neither number nor expression.
+    """
+    entries: list[Any] = []
+    if not isinstance(value, str):
+        with suppress(TypeError):
+            entries = list(value)
+    if len(entries) != 3:
+        raise InputError(f"{name} = {value!r} is not a vector; give its three components.")
+    return ImmutableMatrix([scalar(f"{name}[{i}]", entry) for i, entry in enumerate(entries)])
+
+
+def axis(r: Vector) -> ImmutableMatrix:
+    """``r`` as a 3×1 unit column; a length that depends on symbols is taken as 1.
+
+    Raises InputError when the length is a number other than 1.
+    """
+    column = vector("r", r)
+    square = simplify(column.dot(column))
+    if square.is_number and abs(N(square - 1)) > _UNIT_TOLERANCE:
+        values = ", ".join(str(entry) for entry in column)
+        length = float(N(square)) ** 0.5
+        remedy = (
+            "for a pure translation give any unit axis and omega = 0"
+            if length == 0
+            else "divide it by its length"
+        )
+        raise InputError(f"The axis r = ({values}) has length {length:.6g}, not 1; {remedy}.")
+    return column

@@ -1,0 +1,173 @@
+"""What counts as a number, a vector, a name: the checks of single values, in sentences.
+
+Each check takes what a person typed and returns the clean value, or raises ``ValueError`` with the
+second half of a sentence: the value, what is wrong with it and what to do. The first half, the
+dotted name of the field, is added by ``scenario``; what several fields must satisfy together is
+left to ``feasible``.
+"""
+
+import difflib
+import math
+import numbers
+from collections.abc import Callable, Collection, Iterable
+
+import numpy as np
+
+from vsctrl.errors import InputError
+
+# Numbers beyond these (or positive ones below 1/LARGEST) are typing errors in any unit used here,
+# and squares and products of a few of them must stay finite.
+LARGEST = 1e9
+SMALLEST = 1 / LARGEST
+
+Vector3 = tuple[float, float, float]
+
+
+class FieldsError(InputError):
+    """Everything that is wrong with one description, as one message.
+
+    problems: pairs of a dotted field name and its sentence.
+    """
+
+    def __init__(self, problems: Iterable[tuple[str, str]], source: str = "") -> None:
+        self.problems = tuple(problems)
+        lines = [f"{field}: {sentence}." for field, sentence in self.problems]
+        text = lines[0] if len(lines) == 1 else "\n  ".join([f"{len(lines)} problems:", *lines])
+        super().__init__(f"{source}: {text}" if source else text)
+        self._made_from = (self.problems, source)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # An exception is otherwise rebuilt from its text alone when it leaves a worker process.
+        return type(self), self._made_from
+
+
+def show(value: object) -> str:
+    """The value as a person may have typed it, cut to fit a sentence."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return f"{value:.12g}"
+    try:
+        text = repr(value)
+    except ValueError:  # an integer with more digits than Python prints
+        return "a number of thousands of digits"
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def nearest(name: str, known: Collection[str]) -> str:
+    """``; did you mean "lam"?`` when a known name is close, else nothing."""
+    folded = {candidate.casefold(): candidate for candidate in known}
+    close = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.5)
+    return f'; did you mean "{folded[close[0]]}"?' if close else ""
+
+
+def number(value: object) -> float:
+    """A finite number within ±1e9; booleans and text are not numbers, integers are."""
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise ValueError(f"{show(value)} is not a number; write one without quotes, such as 2.5")
+    try:
+        out = float(value)
+    except OverflowError:
+        out = math.inf
+    if not math.isfinite(out):
+        raise ValueError(f"{show(value)} is not a finite number; give one")
+    if abs(out) > LARGEST:
+        raise ValueError(f"{show(out)} is beyond ±{LARGEST:g}; check the unit")
+    return out + 0.0  # −0 and 0 are one value, with one digest
+
+
+def positive(value: object) -> float:
+    """A number above zero, no smaller than 1e-9."""
+    out = number(value)
+    if out <= 0:
+        raise ValueError(f"{show(value)} is not positive; give a number above 0")
+    if out < SMALLEST:
+        raise ValueError(f"{show(out)} is below {SMALLEST:g}; check the unit")
+    return out
+
+
+def nonnegative(value: object) -> float:
+    """A number that is zero or more."""
+    out = number(value)
+    if out < 0:
+        raise ValueError(f"{show(value)} is negative; give 0 or more")
+    return out
+
+
+def whole(value: object) -> int:
+    """A whole number that is zero or more and fits 63 bits."""
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral):
+        raise ValueError(f"{show(value)} is not a whole number; write one such as 0 or 42")
+    out = int(value)
+    if not 0 <= out < 2**63:
+        raise ValueError(f"{show(out)} is out of range; give a whole number from 0 to 2^63 - 1")
+    return out
+
+
+def text(value: object) -> str:
+    """Text that can be written to a file in UTF-8."""
+    if not isinstance(value, str):
+        raise ValueError(f"{show(value)} is not text; write it in quotes")
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        raise ValueError(
+            f"{show(value)} cannot be written in UTF-8; remove the surrogate"
+        ) from None
+    return value
+
+
+def vector(length: int) -> Callable[[object], tuple[float, ...]]:
+    """A check for a list of exactly ``length`` numbers."""
+
+    def check(value: object) -> tuple[float, ...]:
+        entries = _entries(value, f"write {length} numbers in brackets")
+        if len(entries) != length:
+            raise ValueError(f"{show(value)} has {len(entries)} entries; give {length} numbers")
+        out = []
+        for position, entry in enumerate(entries, start=1):
+            try:
+                out.append(number(entry))
+            except ValueError as error:
+                raise ValueError(f"entry {position}: {error}") from None
+        return tuple(out)
+
+    return check
+
+
+def points(value: object) -> tuple[tuple[float, ...], ...]:
+    """A list of at least three points of three numbers."""
+    entries = _entries(value, "write a list of points [x, y, z]")
+    if len(entries) < 3:
+        raise ValueError(
+            f"too few points ({len(entries)}); give at least 3, because fewer cannot hold six "
+            "degrees of freedom"
+        )
+    check, out = vector(3), []
+    for position, entry in enumerate(entries, start=1):
+        try:
+            out.append(check(entry))
+        except ValueError as error:
+            raise ValueError(f"point {position}: {error}") from None
+    return tuple(out)
+
+
+def choice(*names: str) -> Callable[[object], str]:
+    """A check for one of the given words."""
+
+    def check(value: object) -> str:
+        if isinstance(value, str) and value in names:
+            return value
+        hint = nearest(value, names) if isinstance(value, str) else ""
+        words = ", ".join(f'"{name}"' for name in names)
+        raise ValueError(f"{show(value)} is not one of {words}; choose one of these{hint}")
+
+    return check
+
+
+def _entries(value: object, remedy: str) -> list[object]:
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if not isinstance(value, list | tuple):
+        raise ValueError(f"{show(value)} is not a list; {remedy}")
+    return list(value)

@@ -1,0 +1,91 @@
+"""The record of a simulation: what moved, what was seen, and how it ended.
+
+A run carries the scenario that made it. It only holds and summarises; ``simulate`` makes it, and
+plots and comparisons are drawn from it elsewhere.
+"""
+
+from dataclasses import dataclass
+from html import escape
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.errors import InputError
+from vsctrl.servo.scenario import Scenario
+
+Array = NDArray[np.float64]
+Kind = Literal["completed", "target behind camera", "rank loss", "diverged"]
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """How a run ended.
+
+    ok: every frame was computed; kind: what happened; frame: the last frame of a completed run,
+    else the frame that failed; sentence: the same for a reader, with the remedy.
+    """
+
+    ok: bool
+    kind: Kind
+    frame: int
+    sentence: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """What happened in n frames; read-only arrays of finite numbers, whatever the status.
+
+    scenario: what was run. t: (n,) in s. pose, reference_pose: (n, 4, 4), oTc and oTc*.
+    features, reference: (n, 2p) in px, s and s*. error: (n, 2p) in px, the true ``s(t_k) −
+    s*(t_k)``. measured_error: (n, 2p) in px, what the law was shown (delayed, with noise). twist:
+    (n, 6) in m/s and rad/s, applied on [t_k, t_k+1]. lag: (n, 6) in m and rad,
+    ``ξ_k = log(oTc*⁻¹ oTc)``. depths: (n, p) in m. status: how it ended.
+    """
+
+    scenario: Scenario
+    t: Array
+    pose: Array
+    reference_pose: Array
+    features: Array
+    reference: Array
+    error: Array
+    measured_error: Array
+    twist: Array
+    lag: Array
+    depths: Array
+    status: Status
+
+    @property
+    def lag_along_motion(self) -> Array:
+        """The lag's translation along the reference velocity, (n,) in m; negative is behind.
+
+        ``v_k · V/|V|``. Raises InputError when the reference does not translate.
+        """
+        V = np.array(self.scenario.motion.V)
+        if not V.any():
+            raise InputError(
+                "motion.V: the reference has no velocity, so there is no direction to lag along; "
+                "use run.lag, or give motion.V a value."
+            )
+        V /= np.abs(V).max()  # so that the square of a tiny velocity does not vanish
+        out: Array = self.lag[:, :3] @ (V / np.linalg.norm(V))
+        return out
+
+    def _repr_html_(self) -> str:
+        """A small table of the run's end, for notebooks."""
+        rows = [
+            ("scenario", f"{self.scenario.name} ({self.scenario.digest})"),
+            ("status", f"{self.status.kind}: {self.status.sentence}"),
+            ("frames", f"{len(self.t)} (to t = {self.t[-1]:g} s)"),
+        ]
+        if any(self.scenario.motion.V):
+            rows.append(("final lag along motion", f"{1e3 * self.lag_along_motion[-1]:.4g} mm"))
+        for label, e in (("true", self.error), ("measured", self.measured_error)):
+            rows.append((f"final {label} error", f"{np.linalg.norm(e[-1]):.4g} px"))
+        cells = "".join(
+            f"<tr><th style='text-align:left'>{escape(label)}</th>"
+            f"<td style='text-align:left'>{escape(value)}</td></tr>"
+            for label, value in rows
+        )
+        return f"<table>{cells}</table>"

@@ -1,0 +1,115 @@
+"""Scenario files: TOML text in and out, whole or not at all.
+
+Reading is Python's own ``tomllib``. Writing is forty lines here, because a scenario needs its units
+as comments and an exact round trip, and no more of TOML than numbers, text and lists of them.
+What the keys mean is left to ``scenario``.
+"""
+
+import contextlib
+import os
+import tomllib
+import uuid
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from vsctrl.errors import InputError
+from vsctrl.servo.fields import FieldsError
+
+_ESCAPES = {"\b": "\\b", "\t": "\\t", "\n": "\\n", "\f": "\\f", "\r": "\\r"} | {
+    '"': '\\"',
+    "\\": "\\\\",
+}
+
+
+def parse(text: str) -> dict[str, Any]:
+    """Tables of a TOML text. Raises InputError with the line where it breaks."""
+    if not isinstance(text, str):
+        raise InputError(f"TOML text: {type(text).__name__} is not text; decode it as UTF-8 first.")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise FieldsError([("TOML", "brackets are nested too deeply; write plain lists")]) from None
+    except ValueError as error:
+        raise FieldsError(
+            [("TOML", f"{error}; correct it, as in: key = 2.5, text in quotes, lists in [ ]")]
+        ) from None
+
+
+def read(path: Path) -> str:
+    """Text of a file in UTF-8, with or without a byte-order mark. Raises InputError."""
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        problem = f"byte {error.start} is not UTF-8; save the file as UTF-8 text"
+    except FileNotFoundError:
+        problem = "there is no such file; check the path"
+    except IsADirectoryError:
+        problem = "this is a directory; name a TOML file in it"
+    except (OSError, ValueError) as error:
+        problem = f"the file cannot be read ({_reason(error)}); check the path and its permissions"
+    raise InputError(f"{path}: {problem}.")
+
+
+def write(path: Path, text: str) -> None:
+    """Write text to a temporary name beside the path, then rename: all of it or nothing.
+
+    Raises InputError when the file cannot be written; nothing is left behind then.
+    """
+    temporary = path.parent / f".vsctrl-{uuid.uuid4().hex}.tmp"
+    try:
+        with temporary.open("xb") as file:
+            file.write(text.encode())
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"{path}: the scenario cannot be written ({_reason(error)}); name a file in an "
+            "existing directory where you may write."
+        ) from None
+    finally:
+        with contextlib.suppress(OSError, ValueError):
+            temporary.unlink()
+
+
+def emit(data: Mapping[str, Any], comments: Mapping[str, str]) -> str:
+    """TOML text of values and of one level of tables, each key with its comment.
+
+    comments: by dotted name. Values: text, integers, finite floats, sequences of these.
+    """
+    top = {key: value for key, value in data.items() if not isinstance(value, Mapping)}
+    lines = _keys(top, comments, "")
+    for table, values in data.items():
+        if isinstance(values, Mapping):
+            lines += ["", f"[{table}]", *_keys(values, comments, f"{table}.")]
+    return "\n".join(lines) + "\n"
+
+
+def _keys(values: Mapping[str, Any], comments: Mapping[str, str], prefix: str) -> list[str]:
+    lines: list[str] = []
+    for key, value in values.items():
+        comment = f"  # {comments[prefix + key]}"
+        if isinstance(value, tuple) and value and isinstance(value[0], tuple):
+            lines += [f"{key} = [{comment}", *(f"    {_value(row)}," for row in value), "]"]
+        else:
+            lines.append(f"{key} = {_value(value)}{comment}")
+    return lines
+
+
+def _value(value: object) -> str:
+    if isinstance(value, str):
+        return '"' + "".join(_escaped(c) for c in value) + '"'
+    if isinstance(value, tuple):
+        return "[" + ", ".join(_value(entry) for entry in value) + "]"
+    return repr(value)  # Python writes numbers as TOML does, with the digits that give them back
+
+
+def _escaped(c: str) -> str:
+    if c in _ESCAPES:
+        return _ESCAPES[c]
+    return f"\\u{ord(c):04X}" if ord(c) < 0x20 or ord(c) == 0x7F else c
+
+
+def _reason(error: Exception) -> str:
+    return (isinstance(error, OSError) and error.strerror) or str(error)
