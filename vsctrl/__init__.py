@@ -47,7 +47,7 @@ _HOME = {
 }
 _ROOMS = ("derive", "loop", "paper")
 
-__all__ = [*_HOME, *_ROOMS]  # noqa: PLE0604 - names only
+__all__ = [*_HOME, *_ROOMS]
 __version__ = metadata.version("vsctrl")
 
 

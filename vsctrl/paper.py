@@ -4,6 +4,7 @@ So far the slide of section 4.1. The paper gives no camera, no unit of λ and no
 latency; each choice is an argument here or a comment. What follows from them is computed elsewhere.
 """
 
+from vsctrl.errors import InputError
 from vsctrl.servo.scenario import Placement, Scenario
 from vsctrl.servo.target import CUBE_LEDS
 
@@ -44,3 +45,13 @@ def sliding(
         law={"lam": lam, "k_ff": 1.0 if feedforward else 0.0, "placement": placement},
         vision={"period": 0.040, "latency": latency},
     )
+
+
+PRESETS = {"sliding": sliding}
+
+
+def preset(name: str) -> Scenario:
+    """The experiment of the paper with this name. Raises InputError that lists the known ones."""
+    if name not in PRESETS:
+        raise InputError(f"scenario: there is no experiment {name!r}; choose {', '.join(PRESETS)}.")
+    return PRESETS[name]()

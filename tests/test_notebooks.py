@@ -1,0 +1,42 @@
+"""Every notebook runs from top to bottom, and is kept free of outputs and of functions."""
+
+from pathlib import Path
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+FOLDER = Path(__file__).parents[1] / "notebooks"
+# What a notebook must come to show, as text: results that are known without vsctrl.
+SHOWN = {
+    "01_the_one_over_lambda_law": [
+        "v*(tau + (k_ff*kappa - 1)/(kappa*lambda))",
+        "-v/lambda",
+        "3.1999996",  # v·τ = 3.2 mm, less what e^(−3.24·5) has left of the transient
+        "19.634954084936208",  # π/(2·0.08)
+        "15.45084971874737",  # 2 sin(π/10)/0.04
+        "The run completed all 1501 frames.",
+        "the loop is unstable",
+        "1/(2*tau)",
+    ],
+}
+
+
+def test_every_notebook_has_results_to_show():
+    assert sorted(path.stem for path in FOLDER.glob("*.ipynb")) == sorted(SHOWN)
+
+
+@pytest.mark.parametrize("name", SHOWN)
+@pytest.mark.filterwarnings("default")  # the kernel's own sockets, not vsctrl's code
+def test_notebook(name):
+    notebook = nbformat.read(FOLDER / f"{name}.ipynb", as_version=4)
+    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert not any(cell.outputs or cell.execution_count for cell in code)
+    assert not any("def " in cell.source for cell in code)
+    resources = {"metadata": {"path": str(FOLDER)}}
+    NotebookClient(notebook, timeout=300, kernel_name="python3", resources=resources).execute()
+    outputs = [out for cell in code for out in cell.outputs]
+    assert not [out.text for out in outputs if out.get("name") == "stderr"]
+    shown = "\n".join(out.data.get("text/plain", "") for out in outputs if "data" in out)
+    for text in SHOWN[name]:
+        assert text in shown

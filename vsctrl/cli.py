@@ -1,0 +1,120 @@
+"""The command line: it parses, calls the rooms, and prints.
+
+Every import beyond click waits until a command needs it, so that help comes at once. Bad input
+ends in one sentence on stderr and exit code 2.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from vsctrl.errors import InputError, LimitError
+
+STEPS = 4  #: that write_report announces
+
+
+class _Commands(click.Group):
+    """Turns the errors that are meant for people into sentences and exit codes."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            click.echo(f"vsctrl: {error}", err=True)
+            ctx.exit(2)
+        except LimitError as error:
+            click.echo(f"vsctrl: {error}", err=True)
+            ctx.exit(1)
+
+
+@click.group(
+    cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 96}
+)
+@click.version_option(package_name="vsctrl", message="vsctrl %(version)s")
+def main() -> None:
+    """How far behind a visual-servoing camera will be, how fast it may go, and why."""
+
+
+@main.command()
+@click.argument("scenario", type=click.Path(path_type=Path), required=False)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path("report"),
+    show_default=True,
+    help="Folder for index.html and report.json.",
+)
+@click.option("--schema", is_flag=True, help="Print the JSON Schema of report.json and stop.")
+@click.option("--json", "as_json", is_flag=True, help="Print report.json instead of the table.")
+def report(scenario: Path | None, out: Path, schema: bool, as_json: bool) -> None:
+    """Predict, simulate and compare a SCENARIO.toml; write a page and its numbers.
+
+    Without SCENARIO it is the paper's sliding experiment.
+    """
+    if schema:
+        import json
+
+        from vsctrl.report.data import ReportData
+
+        click.echo(json.dumps(ReportData.model_json_schema(), indent=2, ensure_ascii=False))
+        return
+    from vsctrl import paper
+    from vsctrl.servo import Scenario
+
+    found = Scenario.load(scenario) if scenario else paper.sliding()
+    from tqdm import tqdm
+
+    from vsctrl.report import write_report
+
+    command = " ".join(["vsctrl report", *([scenario.name] if scenario else [])])
+    with tqdm(total=STEPS, file=sys.stderr, bar_format="{desc:36} {n_fmt}/{total_fmt}") as bar:
+        begun = 0
+
+        def step(name: str) -> None:
+            nonlocal begun
+            bar.update(int(begun > 0))
+            bar.set_description_str(name)
+            begun += 1
+
+        written = write_report(found, out, command=command, progress=step)
+        step("done")
+    if as_json:
+        click.echo(written.data.read_text(encoding="utf-8"), nl=False)
+        return
+    click.echo(written.examination.comparison)
+    click.echo()
+    for sentence in written.sentences:
+        click.echo(click.wrap_text(sentence, width=100))
+    click.echo(f"\n{written.page}\n{written.data}")
+
+
+@main.command()
+@click.option("--gain", "lam", type=float, required=True, help="λ, 1/s.")
+@click.option("--delay", "tau", type=float, required=True, help="Latency τ, s.")
+@click.option("--period", type=float, help="Video period, s: adds the sampled limits.")
+@click.option("--ratio", "kappa", type=float, default=1.0, show_default=True, help="κ = ℓ/ℓ̂.")
+@click.option(
+    "--feedforward/--no-feedforward", default=True, help="With the derivative term (the default)."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def loop(
+    lam: float, tau: float, period: float | None, kappa: float, feedforward: bool, as_json: bool
+) -> None:
+    """Margins, gain limits, roots and tracking errors of the loop of figure 1."""
+    from vsctrl.study.summary import summarise
+
+    found = summarise(lam, tau, period=period, kappa=kappa, k_ff=float(feedforward))
+    click.echo(found.json() if as_json else str(found))
+
+
+@main.command()
+@click.argument("name", default="sliding")
+def scenario(name: str) -> None:
+    """Print a ready-to-edit scenario, by the name of an experiment of the paper."""
+    from vsctrl import paper
+
+    click.echo(paper.preset(name).to_toml(), nl=False)

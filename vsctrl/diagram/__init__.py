@@ -1,0 +1,10 @@
+"""One block diagram and all its faces: symbolic, frequency, roots, time, Padé, picture.
+
+Numbers and pictures load on first use; making a diagram needs SymPy only.
+"""
+
+from vsctrl.diagram.blocks import Block, Sum
+from vsctrl.diagram.diagram import Diagram
+from vsctrl.diagram.signals import Parabola, Ramp, Sine, Step
+
+__all__ = ["Block", "Diagram", "Parabola", "Ramp", "Sine", "Step", "Sum"]

@@ -1,0 +1,222 @@
+"""The numeric system behind every exact-delay face: state space plus delay channels.
+
+    x' = A x + B [u; w]      y = C[:p] x + D[:p] [u; w]      wⱼ(t) = zⱼ(t − τⱼ)
+                             z = C[p:] x + D[p:] [u; w]
+
+Every delay of a diagram is one channel zⱼ → wⱼ; the rest is finite-dimensional. Delays that are
+zero have become algebraic before they get here. How derivatives of signals are removed is left to
+`descriptor`; what is computed from the system, to `frequency`, `roots`, `response` and `pade`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.diagram import descriptor
+from vsctrl.diagram.transfer import BlockCoefficients, resolve
+from vsctrl.errors import InputError
+
+if TYPE_CHECKING:
+    from vsctrl.diagram.diagram import Diagram
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DelaySystem:
+    """A (n, n), B (n, r+m), C (p+m, n), D (p+m, r+m) and the m delays in seconds, all > 0."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    delays: tuple[Fraction, ...]
+
+    @property
+    def inputs(self) -> int:
+        """Number r of external inputs."""
+        return self.B.shape[1] - len(self.delays)
+
+    @property
+    def outputs(self) -> int:
+        """Number p of external outputs."""
+        return self.C.shape[0] - len(self.delays)
+
+    def characteristic(self, at: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """The matrix [[sI − A, −B₂], [−Δ C₂, I − Δ D₂₂]], Δ = diag e^{−sτ}; its zeros are poles.
+
+        `at` has any shape; the result is (…, n+m, n+m).
+        """
+        n, r, p = len(self.A), self.inputs, self.outputs
+        m = len(self.delays)
+        lag = np.exp(-at[..., None] * np.array([float(tau) for tau in self.delays]))[..., None]
+        matrix = np.zeros((*at.shape, n + m, n + m), complex)
+        matrix[..., :n, :n] = at[..., None, None] * np.eye(n) - self.A
+        matrix[..., :n, n:] = -self.B[:, r:]
+        matrix[..., n:, :n] = -lag * self.C[p:]
+        matrix[..., n:, n:] = np.eye(m) - lag * self.D[p:, r:]
+        return matrix
+
+    def characteristic_slope(self, at: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """The derivative of `characteristic` with respect to s, same shape."""
+        n, r, p = len(self.A), self.inputs, self.outputs
+        tau = np.array([float(delay) for delay in self.delays])
+        lag = (tau * np.exp(-at[..., None] * tau))[..., None]
+        m = len(tau)
+        matrix = np.zeros((*at.shape, n + m, n + m), complex)
+        matrix[..., :n, :n] = np.eye(n)
+        matrix[..., n:, :n] = lag * self.C[p:]
+        matrix[..., n:, n:] = lag * self.D[p:, r:]
+        return matrix
+
+    def transfer(self, at: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """The p×r transfer matrix at each s of `at`, exact; (…, p, r)."""
+        n, r, p = len(self.A), self.inputs, self.outputs
+        lag = np.exp(-at[..., None] * np.array([float(tau) for tau in self.delays]))[..., None]
+        right = np.zeros((*at.shape, n + len(self.delays), r), complex)
+        right[..., :n, :] = self.B[:, :r]
+        right[..., n:, :] = lag * self.D[p:, :r]
+        inner = np.linalg.solve(self.characteristic(at), right)
+        left = np.hstack([self.C[:p], self.D[:p, r:]])
+        return np.asarray(left @ inner + self.D[:p, :r], complex)
+
+
+def realise(
+    diagram: Diagram,
+    blocks: list[BlockCoefficients],
+    sources: tuple[str, ...],
+    targets: tuple[str, ...],
+) -> DelaySystem:
+    """The delay system from some inputs to some signals of a diagram in numbers.
+
+    With no sources and no targets it is the autonomous system, whose poles are the diagram's.
+    Errors: `InputError` for a singular algebraic loop, an improper channel, a block without a
+    finite or causal gain.
+    """
+    form = _Assembly.of(diagram, blocks, sources)
+    outputs = [form.signal(diagram, name) for name in targets] + form.delayed
+    reduced = descriptor.reduce(
+        form.pencil(), np.array(outputs).reshape(len(outputs), form.width), [b.name for b in blocks]
+    )
+    system = descriptor.causal(reduced, len(sources), tuple(form.delays), sources, targets)
+    return _pruned(DelaySystem(*system)) if sources and targets else DelaySystem(*system)
+
+
+class _Assembly:
+    """All blocks side by side, wired: rows over the columns [X | a | u, w].
+
+    Block b holds ξ, ξ', …, ξ^(N−1) as states and a = ξ^(N) as an algebraic variable, with
+    den(d/dt) ξ = input and output = num(d/dt) ξ; a differentiator simply has N > deg den.
+    Each delayed sum of ξ's is one channel.
+    """
+
+    def __init__(self, orders: list[int], inputs: int, channels: int) -> None:
+        self.starts = np.concatenate([[0], np.cumsum(orders)]).astype(int)
+        self.states, self.blocks = int(self.starts[-1]), len(orders)
+        self.orders = orders
+        self.width = self.states + self.blocks + inputs + channels
+        self.inputs = inputs
+        self.delays: list[Fraction] = []
+        self.delayed: list[Array] = []
+        self.inner: list[Array] = []
+        self.out: dict[str, Array] = {}
+        self.pencil_rows = np.zeros((self.blocks, self.width))
+
+    @classmethod
+    def of(
+        cls, diagram: Diagram, blocks: list[BlockCoefficients], sources: tuple[str, ...]
+    ) -> _Assembly:
+        orders = [max((k for k, _ in (*b.num, *b.den)), default=0) for b in blocks]
+        channels = sum(
+            len({tau for _, tau in side} - {0}) for b in blocks for side in (b.num, b.den)
+        )
+        self = cls(orders, len(sources), channels)
+        for i, (b, block) in enumerate(zip(blocks, diagram.blocks, strict=True)):
+            _check_causal(b)
+            self.inner.append(self._combination(i, b.den))
+            self.out[block.output] = self._combination(i, b.num)
+        for j, name in enumerate(sources):
+            self.out[name] = self._unit(self.states + self.blocks + j)
+        for i, block in enumerate(diagram.blocks):
+            self.pencil_rows[i] = self.inner[i] - self.signal(diagram, block.input)
+        return self
+
+    def pencil(self) -> descriptor.Pencil:
+        """X' = (rows of X') · [X; a; U] and 0 = (rows of blocks) · [X; a; U]."""
+        slope = np.zeros((self.states, self.width))
+        for i, order in enumerate(self.orders):
+            for k in range(order):
+                slope[self.starts[i] + k, self._column(i, k + 1)] = 1.0
+        return descriptor.Pencil(slope, self.pencil_rows, self.states, self.blocks)
+
+    def signal(self, diagram: Diagram, name: str) -> Array:
+        """A signal of the diagram as a row over [X | a | u, w]; inputs not asked for are zero."""
+        row = np.zeros(self.width)
+        for leaf, factor in resolve(diagram, name).items():
+            if leaf in self.out:
+                row = row + factor * self.out[leaf]
+        return row
+
+    def _column(self, i: int, k: int) -> int:
+        return int(self.starts[i]) + k if k < self.orders[i] else self.states + i
+
+    def _unit(self, column: int) -> Array:
+        row = np.zeros(self.width)
+        row[column] = 1.0
+        return row
+
+    def _combination(self, i: int, side: dict[tuple[int, Fraction], float]) -> Array:
+        """Σ c ξ^(k)(t − τ) as a row; what is delayed becomes a channel of its own."""
+        direct = np.zeros(self.width)
+        late: dict[Fraction, Array] = {}
+        for (k, tau), c in side.items():
+            row = direct if tau == 0 else late.setdefault(tau, np.zeros(self.width))
+            row[self._column(i, k)] += c
+        for tau, row in sorted(late.items()):
+            direct[self.states + self.blocks + self.inputs + len(self.delays)] = 1.0
+            self.delays.append(tau)
+            self.delayed.append(row)
+        return direct
+
+
+def _check_causal(block: BlockCoefficients) -> None:
+    if not block.den:
+        raise InputError(
+            f"at: block {block.name!r} divides by zero at these values; "
+            "give its denominator a value other than 0."
+        )
+    top = max(k for k, _ in block.den)
+    if (top, Fraction(0)) not in block.den:
+        raise InputError(
+            f"at: block {block.name!r} predicts the future: the highest power of s in its "
+            "denominator is delayed; multiply numerator and denominator so that it is not."
+        )
+
+
+def _pruned(system: DelaySystem) -> DelaySystem:
+    """Drop the states and delay channels that the inputs do not reach or the outputs do not see."""
+    n, r, p, m = len(system.A), system.inputs, system.outputs, len(system.delays)
+    # Node i < n is state i, node n + j is delay channel j; an edge means "depends on".
+    edges = np.zeros((n + m, n + m), bool)
+    edges[:n, :n], edges[:n, n:] = system.A != 0, system.B[:, r:] != 0
+    edges[n:, :n], edges[n:, n:] = system.C[p:] != 0, system.D[p:, r:] != 0
+    driven = np.concatenate([system.B[:, :r].any(1), system.D[p:, :r].any(1)])
+    seen = np.concatenate([system.C[:p].any(0), system.D[:p, r:].any(0)])
+    for _ in range(n + m):
+        driven = driven | (edges & driven).any(1)
+        seen = seen | (edges.T & seen).any(1)
+    keep = driven & seen
+    x, w = np.flatnonzero(keep[:n]), np.flatnonzero(keep[n:])
+    columns, rows = np.r_[0:r, r + w].astype(int), np.r_[0:p, p + w].astype(int)
+    return DelaySystem(
+        system.A[np.ix_(x, x)],
+        system.B[np.ix_(x, columns)],
+        system.C[np.ix_(rows, x)],
+        system.D[np.ix_(rows, columns)],
+        tuple(system.delays[j] for j in w),
+    )

@@ -1,0 +1,234 @@
+"""Exact frequency response and the margins read from it, every crossing included.
+
+L(jω) is followed by Chebyshev pieces in log ω, halved until they hold L to rounding; crossings and
+extrema are then eigenvalues of small matrices, so that however often the phase winds round, none
+is missed between two samples. No Padé model is involved.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from vsctrl.errors import LimitError
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Response = Callable[[Any], Any]  #: L as a function of complex s, any shape
+
+DEGREE = 16
+MAX_PIECES = 20_000
+LEAST = 0.01  #: the search may end where |L| has fallen below this
+
+
+@dataclass(frozen=True)
+class Margins:
+    """How far the loop of a return difference 1 + L is from instability, exactly.
+
+    Frequencies in rad/s, phases in rad, delays in s; infinity where nothing limits. `gain` is the
+    factor up to instability, `gain_down` the factor down (0 where none). For a loop that is not
+    `stable`, `unstable_roots` are on or right of the imaginary axis, and `delay` is negative: the
+    change of delay that brings the nearest crossing back to −1.
+    """
+
+    gain: float
+    gain_down: float
+    phase: float
+    delay: float
+    peak_sensitivity: float  #: max |1/(1 + L)|, also called Ms
+    peak_frequency: float
+    gain_crossings: tuple[tuple[float, float], ...]  #: (ω, phase margin there), by rising ω
+    phase_crossings: tuple[tuple[float, float], ...]  #: (ω, gain margin there), by rising ω
+    stable: bool
+    unstable_roots: int
+
+    @property
+    def modulus(self) -> float:
+        """The least distance of L(jω) from −1, 1/Ms."""
+        return 1 / self.peak_sensitivity
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "closed loop": "stable" if self.stable else f"unstable, {self.unstable_roots} roots",
+            "gain margin": f"{self.gain:.4g}",
+            "phase margin": f"{math.degrees(self.phase):.4g}°",
+            "delay margin": f"{self.delay:.4g} s",
+            "peak sensitivity": f"{self.peak_sensitivity:.4g} at {self.peak_frequency:.4g} rad/s",
+        }
+        body = "".join(f"<tr><th>{k}</th><td>{v}</td></tr>" for k, v in rows.items())
+        return f"<table>{body}</table>"
+
+
+def margins(L: Response, rates: Array, late: float, unstable_roots: int) -> Margins:
+    """The margins of the loop transfer function L, a function of complex s.
+
+    `rates` (rad/s) are the frequencies at which L bends: the moduli of its poles and the inverses
+    of its delays; `late` (s) is the sum of its delays. The band searched reaches tenfold beyond
+    those frequencies, and up to where |L| has fallen below `LEAST`.
+    """
+    stable = unstable_roots == 0
+    low, high = _band(L, rates)
+    ends, pieces = _pieces(L, low, high, late)
+    gain_at = _frequencies(ends, pieces, lambda c: _abs2(c, -1.0, 0.0))
+    phase_at = _frequencies(ends, pieces, lambda c: c.imag)
+    at_phase: Complex = L(1j * phase_at)
+    real = np.abs(at_phase.imag) < 1e-6 * np.abs(at_phase)
+    crossing = real & (at_phase.real < 0)
+    phase_at, at_phase = phase_at[crossing], at_phase[crossing]
+    factors = 1 / np.abs(at_phase)
+    phases: Array = np.angle(-L(1j * gain_at))
+    # −157.8° is 202.2° of room for more delay; in an unstable loop look for less delay instead.
+    delays = (phases % (2 * math.pi) - (0 if stable else 2 * math.pi)) / gain_at
+    peak_at, peak = _peak(L, ends, pieces)
+    nearest = int(np.abs(phases).argmin()) if len(phases) else 0
+    return Margins(
+        gain=float(min((f for f in factors if f > 1), default=math.inf)),
+        gain_down=float(max((f for f in factors if f < 1), default=0.0)),
+        phase=float(phases[nearest]) if len(phases) else math.inf,
+        delay=float(delays[np.abs(delays).argmin()]) if len(delays) else math.inf,
+        peak_sensitivity=peak,
+        peak_frequency=peak_at,
+        gain_crossings=tuple(zip(gain_at.tolist(), phases.tolist(), strict=True)),
+        phase_crossings=tuple(zip(phase_at.tolist(), factors.tolist(), strict=True)),
+        stable=stable,
+        unstable_roots=unstable_roots,
+    )
+
+
+def _band(L: Response, rates: Array) -> tuple[float, float]:
+    """From where L is a plain power of ω up to where it no longer matters."""
+    rates = rates[(rates > 0) & np.isfinite(rates)]
+    low, high = (rates.min(), rates.max()) if len(rates) else (1.0, 1.0)
+    low, high = low * 1e-3, high * 10
+    for _ in range(12):
+        if 1e-2 < abs(L(np.array([1j * low]))[0]) < 1e2:
+            low /= 10
+    for _ in range(12):
+        if abs(L(np.array([1j * high]))[0]) > LEAST:
+            high *= 2
+    return float(low), float(high)
+
+
+def _pieces(L: Response, low: float, high: float, late: float) -> tuple[Array, Complex]:
+    """Intervals (k, 2) of log ω and L's Chebyshev coefficients (k, DEGREE + 1) on them."""
+    nodes, to_coefficients, _ = _tables(DEGREE)
+    grid = np.linspace(math.log(low), math.log(high), max(4, math.ceil(2 * math.log10(high / low))))
+    todo = np.column_stack([grid[:-1], grid[1:]])
+    done_ends, done = [], []
+    total = 0
+    while len(todo):
+        mid, half = todo.mean(axis=1), np.diff(todo, axis=1)[:, 0] / 2
+        values = L(1j * np.exp(mid[:, None] + half[:, None] * nodes))
+        coefficients = values @ to_coefficients.T
+        size = np.abs(values).max(axis=1)
+        # e^{−jωτ} itself is only known to the rounding of ωτ.
+        known = 1e-13 + 1e-15 * late * np.exp(todo[:, 1])
+        fine = (np.abs(coefficients[:, -3:]).max(axis=1) <= known * size) | (half < 1e-9)
+        done_ends.append(todo[fine])
+        done.append(coefficients[fine])
+        rest, mid = todo[~fine], mid[~fine]
+        todo = np.vstack([np.column_stack([rest[:, 0], mid]), np.column_stack([mid, rest[:, 1]])])
+        total += int(fine.sum())
+        if total + len(todo) > MAX_PIECES:
+            raise LimitError(
+                f"margins: the phase of L turns too often below {high:g} rad/s to follow; "
+                "shorten the delay or lower the gain at high frequency."
+            )
+    ends, pieces = np.vstack(done_ends), np.vstack(done)
+    order = np.argsort(ends[:, 0])
+    return ends[order], pieces[order]
+
+
+def _abs2(c: Complex, shift: float, offset: float) -> Array:
+    """Chebyshev coefficients of |L + offset|² + shift from those of L."""
+    _, to_coefficients, values = _tables(2 * DEGREE)
+    at = c @ values[:, : DEGREE + 1].T + offset
+    out = (np.abs(at) ** 2) @ to_coefficients.T
+    out[:, 0] += shift
+    return np.asarray(out, float)
+
+
+def _frequencies(ends: Array, pieces: Complex, of: Callable[[Complex], Array]) -> Array:
+    """All ω at which a real function of L crosses or touches zero, by rising ω."""
+    k, xi = _zeros(of(pieces))
+    x = ends[k].mean(axis=1) + xi * np.diff(ends[k], axis=1)[:, 0] / 2
+    x = np.sort(x)
+    once = np.diff(x, prepend=-np.inf) > 1e-11 * np.maximum(np.abs(x), 1.0)
+    return np.asarray(np.exp(x[once]))
+
+
+def _zeros(coefficients: Array) -> tuple[NDArray[np.intp], Array]:
+    """(piece, ξ ∈ [−1, 1]) of every real zero of many Chebyshev sums at once."""
+    size = np.abs(coefficients).max(axis=1, initial=0.0)
+    possible = np.abs(coefficients[:, 0]) <= np.abs(coefficients[:, 1:]).sum(axis=1)
+    index = np.flatnonzero(possible & (size > 0))
+    c = coefficients[index]
+    if not len(c):
+        return index, np.zeros(0)
+    # The colleague matrix needs a leading coefficient that is not just rounding.
+    lead = np.where(np.abs(c[:, -1]) > 1e-15 * size[index], c[:, -1], 1e-15 * size[index])
+    n = c.shape[1] - 1
+    matrix = np.zeros((len(c), n, n))
+    matrix[:] = _multiplication(n)
+    matrix[:, -1, :] -= c[:, :-1] / (2 * lead[:, None])
+    roots = np.linalg.eigvals(matrix)
+    hits = (np.abs(roots.imag) < 1e-7) & (np.abs(roots.real) <= 1 + 1e-9)
+    piece, which = np.nonzero(hits)
+    xi = np.clip(_polish(c[piece], roots.real[piece, which]), -1.0, 1.0)
+    return index[piece], xi
+
+
+def _polish(c: Array, xi: Array) -> Array:
+    """Two Newton steps on each Chebyshev sum."""
+    slope = chebyshev.chebder(c, axis=1)
+    for _ in range(2):
+        value = (c * chebyshev.chebvander(xi, c.shape[1] - 1)).sum(axis=1)
+        below = (slope * chebyshev.chebvander(xi, slope.shape[1] - 1)).sum(axis=1)
+        step = np.divide(value, below, out=np.zeros_like(value), where=below != 0)
+        xi = xi - np.where(np.abs(step) < 1e-3, step, 0.0)
+    return xi
+
+
+def _peak(L: Response, ends: Array, pieces: Complex) -> tuple[float, float]:
+    """(ω, value) of the largest |1/(1 + L)|, the limits of the band included."""
+    distance = _abs2(pieces, 0.0, 1.0)
+    # Only a piece whose least possible value undercuts the best sample can hold the minimum.
+    _, _, values = _tables(2 * DEGREE)
+    samples = (distance @ values.T).min(axis=1)
+    spread = np.abs(distance[:, 1:]).sum(axis=1)
+    close = np.argsort(samples)[:8]
+    close = close[distance[close, 0] - spread[close] <= samples.min()]
+    k, xi = _zeros(np.asarray(chebyshev.chebder(distance[close], axis=1)))
+    inner = ends[close[k]].mean(axis=1) + xi * np.diff(ends[close[k]], axis=1)[:, 0] / 2
+    omega = np.exp(np.concatenate([inner, ends[[0, -1], [0, 1]]]))
+    values_at = 1 / np.abs(1 + L(1j * omega))
+    best = int(values_at.argmax())
+    # Where L dies out, S tends to 1, which may be its supremum without being reached.
+    dies_out = abs(L(np.array([1e6j * omega[-1]]))[0]) < 1e-3
+    if dies_out and values_at[best] < 1:
+        return math.inf, 1.0
+    return float(omega[best]), float(values_at[best])
+
+
+@cache
+def _tables(degree: int) -> tuple[Array, Array, Array]:
+    """Chebyshev nodes of [−1, 1], the matrix to coefficients and the one back to values."""
+    nodes = -np.cos(np.pi * np.arange(degree + 1) / degree)
+    values = chebyshev.chebvander(nodes, degree)
+    return nodes, np.asarray(np.linalg.inv(values), float), np.asarray(values, float)
+
+
+@cache
+def _multiplication(n: int) -> Array:
+    """Multiplication by ξ in the Chebyshev basis, without the leading coefficient's row term."""
+    matrix = (np.eye(n, k=1) + np.eye(n, k=-1)) / 2
+    if n > 1:
+        matrix[0, 1] = 1.0
+    return matrix

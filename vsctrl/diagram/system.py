@@ -1,0 +1,194 @@
+"""A diagram with numbers in it, and its channels: one place from which every face is asked.
+
+Nothing is computed here. Each method hands the exact delay system, or the compiled transfer
+function, to the module that knows how, and wraps what comes back in the ecosystem's own type.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vsctrl.diagram import delay, frequency, pade, response, roots, transfer
+from vsctrl.diagram.blocks import exact_number
+from vsctrl.diagram.signals import Parabola, Ramp, Sine, Step
+from vsctrl.errors import InputError
+
+if TYPE_CHECKING:
+    import control
+    import sympy as sp
+
+    from vsctrl.diagram.diagram import Diagram
+
+Array = NDArray[np.float64]
+Signal = Step | Ramp | Parabola | Sine
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class System:
+    """A diagram with a number for every parameter (SI units)."""
+
+    diagram: Diagram
+    values: dict[str, float]
+
+    def __post_init__(self) -> None:
+        self.blocks  # noqa: B018 - bad values are refused when the numbers go in, not later
+
+    @cached_property
+    def blocks(self) -> list[transfer.BlockCoefficients]:
+        """The blocks in numbers."""
+        return self.diagram.coefficients(self.values)
+
+    def __getitem__(self, channel: tuple[str, str]) -> Channel:
+        """The channel from an input to any signal, ``system["S_ref", "S"]``."""
+        if not isinstance(channel, tuple) or len(channel) != 2:
+            raise InputError(f"{channel!r} is no channel; write system['input', 'output'].")
+        return Channel(self, *channel)
+
+    def with_(self, **values: float) -> System:
+        """The same diagram with some parameters changed."""
+        return self.diagram.at({**self.values, **values})
+
+    def open(self, signal: str) -> OpenLoop:
+        """The loop transfer function L of the return difference 1 + L, broken at a named signal."""
+        opened = System(self.diagram.open(signal), self.values)
+        return OpenLoop(opened, f"{signal}__cut", signal, sign=-1, closed=self)
+
+    def poles(self, n: int = 6) -> Complex:
+        """The n rightmost characteristic roots of the whole diagram (rad/s), delays exact."""
+        return roots.rightmost(delay.realise(self.diagram, self.blocks, (), ()), n)
+
+    @cached_property
+    def unstable_roots(self) -> int:
+        """How many characteristic roots lie on or right of the imaginary axis."""
+        return roots.count_right_of(delay.realise(self.diagram, self.blocks, (), ()), -1e-12)
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A transfer function between two signals of a `System`, `sign` included."""
+
+    system: System
+    source: str
+    target: str
+    sign: int = 1
+
+    def __post_init__(self) -> None:
+        self.system.diagram._check_channel(self.source, self.target)
+
+    @property
+    def expr(self) -> sp.Expr:
+        """The exact transfer function in s, numbers put in."""
+        diagram = self.system.diagram
+        numbers = {
+            diagram.parameters[name]: exact_number(value, f"at: {name}")
+            for name, value in self.system.values.items()
+        }
+        return self.sign * diagram.transfer(self.source, self.target).subs(numbers)
+
+    @cached_property
+    def realisation(self) -> delay.DelaySystem:
+        """State space plus delay channels; errors for an improper channel."""
+        system = self.system
+        return delay.realise(system.diagram, system.blocks, (self.source,), (self.target,))
+
+    def __call__(self, s: ArrayLike) -> Any:
+        """The exact value at complex s (rad/s), any shape; infinite at a pole."""
+        at = np.asarray(s, complex)
+        with np.errstate(all="ignore"):
+            value = np.asarray(self._compiled(at, *self.system.values.values()), complex)
+        value = np.broadcast_to(value, at.shape).copy()
+        lost = ~np.isfinite(value)
+        if lost.any():
+            value[lost] = self._limit(at[lost])
+        value = value if self.sign > 0 else -value
+        return value if at.ndim else complex(value)
+
+    @cached_property
+    def _compiled(self) -> Callable[..., Any]:
+        return self.system.diagram.evaluator(self.source, self.target)
+
+    def _limit(self, at: Complex) -> Complex:
+        """The value where a block is infinite: the mean over a small circle, or infinity."""
+        turn = np.exp(2j * np.pi * (np.arange(16) + 0.5) / 16)
+        radius = 1e-2 * (np.abs(at) + 1e-2)
+        with np.errstate(all="ignore"):
+            around = self._compiled(
+                at[:, None] + radius[:, None] * turn, *self.system.values.values()
+            )
+            closer = self._compiled(
+                at[:, None] + radius[:, None] / 2 * turn, *self.system.values.values()
+            )
+        pole = np.abs(closer).max(axis=1) > 1.5 * np.abs(around).max(axis=1)
+        mean = np.asarray(closer, complex).mean(axis=1)
+        mean = np.where(np.abs(mean.imag) <= 1e-15 * np.abs(mean), mean.real, mean)
+        return np.where(pole, np.inf, mean)
+
+    def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
+        """The exact response at ω (rad/s), for python-control's plots."""
+        import control
+
+        w = np.asarray(omega, float)
+        return control.FrequencyResponseData(
+            self(1j * w), w, smooth=False, inputs=self.source, outputs=self.target
+        )
+
+    def response(self, signal: Signal, t: ArrayLike) -> control.TimeResponseData:
+        """The exact-delay response from rest at times t ≥ 0 (s), right limits where it jumps.
+
+        `signal` is a `Step`, `Ramp`, `Parabola` or `Sine`.
+        """
+        import control
+
+        times = np.asarray(t, float)
+        if times.ndim != 1 or not len(times) or not np.isfinite(times).all() or times.min() < 0:
+            raise InputError("response: t must be a list of finite times of 0 s or more.")
+        if any(hasattr(getattr(signal, f.name), "free_symbols") for f in fields(signal)):
+            raise InputError(f"response: {signal} holds symbols; give it numbers.")
+        horizon = max(float(times.max()), 1e-12)
+        y = self.sign * response.solve(self.realisation, signal, horizon)(times)
+        return control.TimeResponseData(
+            times,
+            y.T,
+            inputs=signal(times)[None, :],
+            issiso=True,
+            input_labels=[self.source],
+            output_labels=[self.target],
+        )
+
+    def poles(self, n: int = 6) -> Complex:
+        """The n rightmost poles of this channel (rad/s), delays exact.
+
+        Characteristic roots that the channel's input does not excite or its output does not show
+        are left out, which is decided by the wiring.
+        """
+        return roots.rightmost(self.realisation, n)
+
+    def pade(self, order: int) -> control.StateSpace:
+        """The channel with each delay replaced by its Padé model of this order."""
+        model = pade.pade_model(
+            self.realisation, order, inputs=[self.source], outputs=[self.target]
+        )
+        return model if self.sign > 0 else -model
+
+
+@dataclass(frozen=True)
+class OpenLoop(Channel):
+    """L of a return difference 1 + L, with the closed loop that it belongs to."""
+
+    closed: System | None = None
+
+    def margins(self) -> frequency.Margins:
+        """Gain, phase and delay margins, sensitivity peak and all crossings, exact."""
+        assert self.closed is not None
+        system = self.realisation
+        late = np.array([float(tau) for tau in system.delays])
+        rates = np.concatenate([np.abs(np.linalg.eigvals(system.A)), 1 / late])
+        unstable = self.closed.unstable_roots
+        return frequency.margins(self, rates, float(late.sum()), unstable)

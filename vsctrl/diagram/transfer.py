@@ -1,0 +1,230 @@
+"""From wiring to formulas: the diagram solved once in symbols for its block gains.
+
+Each block is one letter g₁…gₙ while the loop equations are solved, fraction-free; what the
+letters stand for is put in afterwards. That keeps a fourteen-block diagram as quick to solve as its
+loops are few, keeps each delay a symbol of its own until the very end, and gives numeric
+evaluation a form that has not been multiplied out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sympy as sp
+from sympy.polys.matrices import DomainMatrix
+
+from vsctrl.diagram.blocks import Block, delay_symbol, exact_number
+from vsctrl.errors import InputError
+from vsctrl.symbols import s
+
+if TYPE_CHECKING:
+    from vsctrl.diagram.diagram import Diagram
+
+Monomial = tuple[int, ...]  #: powers of a diagram's delays, in the order of Coefficients.delays
+
+
+def resolve(diagram: Diagram, signal: str) -> dict[str, int]:
+    """The signal as a signed sum of block outputs and inputs, sums between them expanded."""
+
+    def expand(name: str, above: tuple[str, ...]) -> dict[str, int]:
+        part = diagram.drivers.get(name)
+        if part is None or isinstance(part, Block):
+            return {name: 1}
+        if name in above:
+            loop = " → ".join((*above[above.index(name) :], name))
+            raise InputError(
+                f"Diagram: the sums {loop} feed each other without a block between them; "
+                "put a Block with the gain you mean into that loop."
+            )
+        total: dict[str, int] = {}
+        for sign, term in part.terms:
+            for leaf, factor in expand(term, (*above, name)).items():
+                total[leaf] = total.get(leaf, 0) + sign * factor
+        return {leaf: factor for leaf, factor in total.items() if factor}
+
+    return expand(signal, ())
+
+
+def check_sums(diagram: Diagram) -> None:
+    """Raise a sentence if sums feed each other in a loop."""
+    for name in diagram.drivers:
+        resolve(diagram, name)
+
+
+class GainForm:
+    """Every channel of a diagram as N(g)/Δ(g), polynomials in its block gains g₁…gₙ."""
+
+    def __init__(self, diagram: Diagram) -> None:
+        self.diagram = diagram
+        self.letters = sp.symbols(f"g1:{len(diagram.blocks) + 1}")
+        self.ring = sp.ZZ[self.letters] if self.letters else sp.ZZ
+        index = {block.output: i for i, block in enumerate(diagram.blocks)}
+        n = len(index)
+        rows = [[self.ring.zero] * n for _ in range(n)]
+        drive: dict[str, list[Any]] = {u: [self.ring.zero] * n for u in diagram.inputs}
+        for i, block in enumerate(diagram.blocks):
+            rows[i][i] += self.ring.one
+            gain = self.ring.from_sympy(self.letters[i])
+            for leaf, factor in resolve(diagram, block.input).items():
+                if leaf in index:
+                    rows[i][index[leaf]] -= factor * gain
+                else:
+                    drive[leaf][i] += factor * gain
+        self._index = index
+        self._matrix = DomainMatrix(rows, (n, n), self.ring).to_sparse()
+        self._drive = drive
+        self.channel = cache(self._channel)
+        self._solve = cache(self._solve_input)
+
+    def _solve_input(self, source: str) -> tuple[list[Any], Any]:
+        n = len(self._index)
+        column = DomainMatrix([[g] for g in self._drive[source]], (n, 1), self.ring).to_sparse()
+        try:
+            numerators, determinant = self._matrix.solve_den(column)
+        except sp.polys.matrices.exceptions.DMNonInvertibleMatrixError:  # pragma: no cover
+            raise InputError(
+                "Diagram: its loop equations have no unique solution; look for a loop of gain 1 "
+                f"among {', '.join(block.name for block in self.diagram.blocks)}."
+            ) from None
+        return [row[0] for row in numerators.to_list()], determinant
+
+    def _channel(self, source: str, target: str) -> tuple[sp.Expr, sp.Expr]:
+        """(N, Δ) with target = N/Δ · source, common factors cancelled in the letters."""
+        numerators, determinant = self._solve(source)
+        total = self.ring.zero
+        for leaf, factor in resolve(self.diagram, target).items():
+            if leaf in self._index:
+                total += factor * numerators[self._index[leaf]]
+            elif leaf == source:
+                total += factor * determinant
+        num, den = total.cancel(determinant) if self.letters else (total, determinant)
+        return self.ring.to_sympy(num), self.ring.to_sympy(den)
+
+
+def expression(diagram: Diagram, source: str, target: str) -> sp.Expr:
+    """The channel's transfer function in lowest terms, delays written back as exp(−τ s)."""
+    num, den = polynomials(diagram, source, target)
+    delays = {q: sp.exp(-tau * s) for b in diagram.blocks for q, tau in b.rational.delays.items()}
+    return sp.factor_terms(num).xreplace(delays) / sp.factor_terms(den).xreplace(delays)
+
+
+def polynomials(diagram: Diagram, source: str, target: str) -> tuple[sp.Expr, sp.Expr]:
+    """Numerator and denominator of a channel, polynomials in s, delay symbols and parameters."""
+    num, den = diagram.gains.channel(source, target)
+    gains = dict(
+        zip(
+            diagram.gains.letters,
+            (b.rational.num_expr / b.rational.den_expr for b in diagram.blocks),
+            strict=True,
+        )
+    )
+    bottom = sp.together(den.xreplace(gains))
+    if bottom == 0:
+        raise InputError(
+            f"transfer: the loop through {', '.join(block.name for block in diagram.blocks)} is "
+            "singular (its return difference is zero); change one of the gains in it."
+        )
+    return sp.fraction(sp.cancel(sp.together(num.xreplace(gains)) / bottom))
+
+
+def evaluator(diagram: Diagram, source: str, target: str) -> Callable[..., Any]:
+    """Compile a channel to ``f(s, *parameters)`` on NumPy arrays, common subexpressions shared."""
+    num, den = diagram.gains.channel(source, target)
+    gains = {}
+    for letter, block in zip(diagram.gains.letters, diagram.blocks, strict=True):
+        r = block.rational
+        delays = {q: sp.exp(-tau * s) for q, tau in r.delays.items()}
+        value = sp.horner(r.num_expr, s) if r.num_expr.has(s) else r.num_expr
+        below = sp.horner(r.den_expr, s) if r.den_expr.has(s) else r.den_expr
+        gains[letter] = (value / below).xreplace(delays)
+    expr = num.xreplace(gains) / den.xreplace(gains)
+    return sp.lambdify([s, *diagram.parameters.values()], expr, modules="numpy", cse=True)
+
+
+@dataclass(frozen=True)
+class BlockCoefficients:
+    """One block in numbers: (power of s, delay in seconds) → coefficient, for num and den."""
+
+    name: str
+    num: dict[tuple[int, Fraction], float]
+    den: dict[tuple[int, Fraction], float]
+
+
+class Coefficients:
+    """Every coefficient and delay of a diagram as one compiled function of its parameters."""
+
+    def __init__(self, diagram: Diagram, flat: Callable[..., Any], delays: list[sp.Expr]) -> None:
+        self._diagram = diagram
+        self._flat = flat
+        self._delays = delays
+
+    @classmethod
+    def compile(cls, diagram: Diagram) -> Coefficients:
+        """Compile the flat list of all coefficients and all delays of a diagram."""
+        delays = list(
+            {q: tau for b in diagram.blocks for q, tau in b.rational.delays.items()}.values()
+        )
+        flat = [
+            c
+            for b in diagram.blocks
+            for side in (b.rational.num, b.rational.den)
+            for c in side.values()
+        ]
+        function = sp.lambdify(
+            list(diagram.parameters.values()), [*delays, *flat], modules="math", cse=True
+        )
+        return cls(diagram, function, delays)
+
+    @cached_property
+    def delay_names(self) -> list[str]:
+        """How each delay reads in the diagram, for messages."""
+        return [str(delay) for delay in self._delays]
+
+    def __call__(self, values: dict[str, float]) -> list[BlockCoefficients]:
+        """The blocks in numbers; errors name the delay or block that has no finite value."""
+        try:
+            numbers = [float(x) for x in self._flat(*values.values())]
+        except (ZeroDivisionError, OverflowError, ValueError, TypeError):
+            raise InputError(
+                f"at: a block has no finite value at {_shown(values)}; "
+                "look for a division by zero or the root or logarithm of a negative number."
+            ) from None
+        delays = {}
+        for expr, name, number in zip(self._delays, self.delay_names, numbers, strict=False):
+            if number < 0:
+                raise InputError(
+                    f"at: the delay {name} = {number:g} s is negative, which would predict the "
+                    "future; give a delay of 0 or more."
+                )
+            delays[delay_symbol(expr)] = exact_number(number, f"at: delay {name}")
+        rest = iter(numbers[len(self._delays) :])
+        return [
+            BlockCoefficients(
+                block.name,
+                *(
+                    self._side(side, rest, delays, block.name)
+                    for side in (block.rational.num, block.rational.den)
+                ),
+            )
+            for block in self._diagram.blocks
+        ]
+
+    def _side(
+        self, side: dict[Any, sp.Expr], rest: Any, delays: dict[sp.Symbol, Fraction], name: str
+    ) -> dict[tuple[int, Fraction], float]:
+        out: dict[tuple[int, Fraction], float] = {}
+        for power, monomial in side:
+            key = power, sum((n * delays[q] for q, n in monomial), Fraction(0))
+            out[key] = out.get(key, 0.0) + next(rest)
+        if not np.isfinite(list(out.values())).all():
+            raise InputError(f"at: block {name!r} is not finite; check the values given.")
+        return {key: value for key, value in out.items() if value}
+
+
+def _shown(values: dict[str, float]) -> str:
+    return ", ".join(f"{name} = {value:g}" for name, value in values.items())

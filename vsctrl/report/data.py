@@ -1,0 +1,208 @@
+"""The report in numbers: the documented schema of ``report.json``.
+
+One model a table, so that the file, its JSON Schema (``vsctrl report --schema``) and this
+documentation are one thing. Lengths are in m, gains in s⁻¹, angles in rad; ``null`` stands where
+there is no value: no steady lag, or a margin that nothing limits.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+import vsctrl
+from vsctrl.report.verdict import Verdict
+from vsctrl.study import Comparison, Examination, Row, Stability
+
+SCHEMA: Literal["vsctrl-report/1"] = "vsctrl-report/1"
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+
+class VerdictTable(_Table):
+    """The first lines of the page."""
+
+    kind: Literal["good", "warning", "bad"] = Field(
+        description="good: stable and all ways agree; warning: they do not; bad: unstable"
+    )
+    sentences: tuple[str, ...]
+
+
+class MarginsTable(_Table):
+    """Margins of the loop opened at the measured signal, delay exact."""
+
+    stable: bool = Field(description="whether the continuous-time closed loop is stable")
+    unstable_roots: int = Field(description="characteristic roots on or right of the axis")
+    gain: float | None = Field(description="factor on λ up to instability; null = no limit")
+    phase_rad: float | None = Field(description="phase margin, rad")
+    delay_s: float | None = Field(description="further delay up to instability, s")
+    peak_sensitivity: float = Field(description="Ms = max |1/(1 + L)|")
+    python_control_pade_order: int = Field(description="order of the model of the next three")
+    python_control_gain: float | None
+    python_control_phase_rad: float | None
+    python_control_delay_s: float | None
+
+
+class LimitsTable(_Table):
+    """Gain limits, s⁻¹; null = no limit."""
+
+    lam: float = Field(description="the scenario's gain")
+    stable_as_sampled: bool = Field(description="whether lam is below `sampled`")
+    continuous: float | None = Field(description="λ at which the continuous loop is unstable")
+    sampled: float | None = Field(description="the same with the twist held over a video period")
+    fastest_continuous: float | None = Field(description="λ of the double root, continuous")
+    fastest_sampled: float | None = Field(description="λ of the double root, sampled")
+
+
+class ReadingTable(_Table):
+    """What one reading of the gain means."""
+
+    label: str
+    lam: float = Field(description="s⁻¹")
+    per_sample: float
+    gain_margin: float | None
+    phase_margin_rad: float | None
+    share_of_continuous: float = Field(description="λ/λ_max in continuous time")
+    share_of_sampled: float = Field(description="λ/λ_max as sampled")
+    lag_without_feedforward_m: float | None
+    settling_s: float = Field(description="3/(κλ)")
+
+
+class PadeTable(_Table):
+    """What a Padé model of one order gets wrong on this loop."""
+
+    order: int
+    gain_limit: float = Field(description="s⁻¹")
+    gain_limit_error: float = Field(description="relative to the exact limit")
+    step_error: float = Field(description="largest error of the unit step response")
+
+
+class TrackingRow(_Table):
+    """The steady lag along the motion, four ways; negative = behind."""
+
+    case: str
+    feedforward: bool
+    delay_s: float
+    aligned: bool = Field(description="whether the reference is delayed like the measurement")
+    placement: Literal["measurement", "aligned", "actuator"]
+    formula: str = Field(description="closed form, for a reference of speed v")
+    analytic_m: float | None = Field(description="its value")
+    pade_m: float | None = Field(description="python-control, Padé model of order 4")
+    exact_m: float | None = Field(description="exact-delay engine")
+    simulated_m: float | None = Field(description="six-degree-of-freedom simulation")
+    disagreement_m: float | None = Field(description="largest difference between the four")
+    agrees: bool | None = Field(description="whether that is within 1 % or 10 µm")
+    note: str
+
+
+class ReportData(_Table):
+    """The whole of ``report.json``."""
+
+    schema_: Literal["vsctrl-report/1"] = Field(SCHEMA, alias="schema")
+    version: str = Field(description="version of vsctrl")
+    scenario: dict[str, Any] = Field(description="the scenario's tables, with its digest")
+    verdict: VerdictTable
+    margins: MarginsTable
+    limits: LimitsTable
+    readings: tuple[ReadingTable, ...]
+    pade: tuple[PadeTable, ...]
+    tracking: tuple[TrackingRow, ...]
+
+    def text(self) -> str:
+        """The file's text."""
+        return self.model_dump_json(by_alias=True, indent=2) + "\n"
+
+
+def report_data(found: Examination, verdict: Verdict) -> ReportData:
+    """The numbers of an examination."""
+    scenario = found.scenario
+    return ReportData(
+        schema=SCHEMA,
+        version=vsctrl.__version__,
+        scenario={"digest": scenario.digest, **scenario.model_dump(mode="json")},
+        verdict=VerdictTable(kind=verdict.kind, sentences=verdict.sentences),
+        margins=_margins(found.stability),
+        limits=_limits(found.stability),
+        readings=tuple(
+            ReadingTable(
+                label=r.label,
+                lam=r.lam,
+                per_sample=r.per_sample,
+                gain_margin=_finite(r.margins.gain),
+                phase_margin_rad=_finite(r.margins.phase),
+                share_of_continuous=r.share_of_continuous,
+                share_of_sampled=r.share_of_sampled,
+                lag_without_feedforward_m=r.lag,
+                settling_s=r.settling,
+            )
+            for r in found.stability.readings
+        ),
+        pade=tuple(
+            PadeTable(
+                order=p.order,
+                gain_limit=p.gain_limit,
+                gain_limit_error=p.gain_limit_error,
+                step_error=p.step_error,
+            )
+            for p in found.stability.pade
+        ),
+        tracking=_tracking(found.comparison),
+    )
+
+
+def _margins(found: Stability) -> MarginsTable:
+    exact, second = found.margins, found.second_opinion
+    return MarginsTable(
+        stable=exact.stable,
+        unstable_roots=exact.unstable_roots,
+        gain=_finite(exact.gain),
+        phase_rad=_finite(exact.phase),
+        delay_s=_finite(exact.delay),
+        peak_sensitivity=exact.peak_sensitivity,
+        python_control_pade_order=second.order,
+        python_control_gain=_finite(second.gain),
+        python_control_phase_rad=_finite(second.phase),
+        python_control_delay_s=_finite(second.delay),
+    )
+
+
+def _limits(found: Stability) -> LimitsTable:
+    limits, lam = found.limits, found.scenario.law.lam
+    return LimitsTable(
+        lam=lam,
+        stable_as_sampled=lam < limits.sampled,
+        continuous=_finite(limits.continuous),
+        sampled=_finite(limits.sampled),
+        fastest_continuous=_finite(limits.fastest_continuous),
+        fastest_sampled=_finite(limits.fastest_sampled),
+    )
+
+
+def _tracking(comparison: Comparison) -> tuple[TrackingRow, ...]:
+    return tuple(_row(row) for row in comparison.rows)
+
+
+def _row(row: Row) -> TrackingRow:
+    return TrackingRow(
+        case=row.case,
+        feedforward=row.feedforward,
+        delay_s=row.delay,
+        aligned=row.placement == "aligned",
+        placement=row.placement,
+        formula=str(row.formula),
+        analytic_m=row.analytic,
+        pade_m=row.pade,
+        exact_m=row.exact,
+        simulated_m=row.simulated,
+        disagreement_m=row.disagreement,
+        agrees=row.agrees,
+        note=row.note,
+    )
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

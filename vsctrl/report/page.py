@@ -1,0 +1,116 @@
+"""The report as one self-contained page: no script, no link to another host.
+
+The page is rendered from an examination by a template beside this module; all text is escaped, and
+figures and formulas are elements of the page itself.
+"""
+
+from __future__ import annotations
+
+import html
+import platform
+import re
+from importlib.metadata import version
+from typing import Any
+
+import jinja2
+import latex2mathml.converter
+import sympy as sp
+from markupsafe import Markup
+
+from vsctrl import loop
+from vsctrl.report import plots
+from vsctrl.report.verdict import Verdict
+from vsctrl.study import Examination
+from vsctrl.study.comparison import PADE_ORDER, millimetres
+from vsctrl.study.curves import curves
+from vsctrl.symbols import T_s
+
+GENERATOR = "vsctrl"  #: in the page's <meta name="generator">, by which a report knows its own
+_PACKAGES = ("numpy", "scipy", "sympy", "control", "matplotlib")
+
+
+def page(found: Examination, verdict: Verdict, command: str) -> str:
+    """The text of ``index.html``; `command` is named in its footer."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("vsctrl.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"mm": millimetres, "math": mathml}
+    return environment.get_template("report.html").render(
+        generator=f"{GENERATOR} {version('vsctrl')}",
+        scenario=found.scenario,
+        verdict=verdict,
+        comparison=found.comparison,
+        stability=found.stability,
+        pade_order=PADE_ORDER,
+        diagram=Markup(_diagram(found)),
+        formulas=_formulas(found),
+        figures=_figures(found),
+        command=command,
+        versions=[("Python", platform.python_version())] + [(p, version(p)) for p in _PACKAGES],
+    )
+
+
+def mathml(expr: sp.Expr | str, display: bool = False) -> Markup:
+    """A formula as MathML, by way of SymPy's LaTeX, which keeps the case of every name."""
+    latex = expr if isinstance(expr, str) else sp.latex(expr, fold_frac_powers=True)
+    text = latex2mathml.converter.convert(latex, display="block" if display else "inline")
+    # Fractions in running text are kept at full size.
+    text = text.replace('display="inline"', 'display="inline" displaystyle="true"')
+    return Markup(re.sub(r' xmlns="[^"]*"', "", text))
+
+
+def _diagram(found: Examination) -> str:
+    from vsctrl.diagram.draw import svg
+
+    text = svg(loop.diagram(found.scenario.law.placement))
+    return re.sub(r' xmlns="[^"]*"', "", text)
+
+
+def _formulas(found: Examination) -> dict[str, Markup]:
+    placement = found.scenario.law.placement
+    diagram = loop.diagram(placement)
+    opened = diagram.open("S_meas")
+    limit = r"\lambda_{\max} = "
+    return {
+        "kappa": mathml(r"\kappa = \ell / \hat{\ell}"),
+        "closed": _equation(r"\frac{S(s)}{S^*(s)}", diagram.transfer("S_ref", "S")),
+        "opened": _equation("L(s)", -opened.transfer("S_meas__cut", "S_meas")),
+        "error": _equation(r"\frac{S(s) - S^*(s)}{S^*(s)}", loop.tracking_transfer(placement)),
+        "continuous": mathml(limit + sp.latex(loop.gain_limit())),
+        "sampled": mathml(limit + sp.latex(loop.gain_limit(period=T_s))),
+        "fastest": mathml(r"\lambda = " + sp.latex(loop.fastest_gain())),
+        "fastest_sampled": mathml(r"\lambda = " + sp.latex(loop.fastest_gain(period=T_s))),
+    }
+
+
+def _equation(left: str, right: Any) -> Markup:
+    return mathml(f"{left} = {sp.latex(right)}", display=True)
+
+
+def _figures(found: Examination) -> dict[str, Markup]:
+    data = curves(found.stability)
+    drawn = {
+        "errors": plots.errors(found.with_feedforward, found.without_feedforward),
+        "top": plots.top_view(found.with_feedforward, found.without_feedforward),
+        "responses": plots.responses(data.times),
+        "bode": plots.bode(data.frequency, found.stability),
+        "nyquist": plots.nyquist(data.frequency, found.stability),
+    }
+    if data.locus is not None:
+        drawn["locus"] = plots.root_locus(data.locus, found.stability)
+    titles = {
+        "errors": "Image error over time with and without the derivative term",
+        "top": "Path of the camera seen from above",
+        "responses": "Step response, Padé errors and tracking error on the ramp",
+        "bode": "Bode plot of the opened loop with margins",
+        "nyquist": "Nyquist plot of the opened loop",
+        "locus": "Characteristic roots as the gain grows",
+    }
+    return {
+        name: Markup(plots.to_svg(figure, html.escape(titles[name]), name))
+        for name, figure in drawn.items()
+    }

@@ -1,0 +1,130 @@
+"""Writing a report: both files or neither, and never over a file that is not a report.
+
+The folder is checked before anything is computed and the files are renamed into place at the end,
+so that bad input or a full disk leaves nothing half-written behind.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from vsctrl.errors import InputError
+from vsctrl.report.data import SCHEMA, report_data
+from vsctrl.report.page import GENERATOR, page
+from vsctrl.report.verdict import verdict
+from vsctrl.servo import Scenario
+from vsctrl.study import Examination, examine
+
+PAGE, DATA = "index.html", "report.json"
+
+
+@dataclass(frozen=True)
+class Report:
+    """A written report: its files and the examination that they show."""
+
+    page: Path
+    data: Path
+    examination: Examination
+    sentences: tuple[str, ...]
+
+
+def write_report(
+    scenario: Scenario,
+    out: str | Path = "report",
+    *,
+    command: str = "vsctrl.write_report(scenario)",
+    progress: Callable[[str], None] = lambda step: None,
+) -> Report:
+    """Examine a scenario and write ``index.html`` and ``report.json`` into a folder.
+
+    The folder is made if need be, and an older report in it is replaced. `command` is named in the
+    page's footer; `progress` is told each step as it begins.
+    Errors: `InputError` for a scenario that cannot be validated, a folder that cannot be written
+    to, or one that holds another file of the same name.
+    """
+    folder = Path(out)
+    made = _prepare(folder)
+    try:
+        found = examine(scenario, progress)
+        progress("page and figures")
+        said = verdict(found)
+        texts = {PAGE: page(found, said, command), DATA: report_data(found, said).text()}
+        _write(folder, texts)
+    except BaseException:
+        for path in made:
+            path.rmdir()
+        raise
+    return Report(folder / PAGE, folder / DATA, found, said.sentences)
+
+
+def _prepare(folder: Path) -> list[Path]:
+    """Make the folder and look at what is in it; the folders made, innermost first."""
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    made: list[Path] = []
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise InputError(f"out: {folder} is a file, not a folder; name another with --out.")
+        for path in reversed(missing):
+            path.mkdir()
+            made.insert(0, path)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        for path in made:
+            path.rmdir()
+        raise InputError(
+            f"out: the folder {folder} cannot be written to ({error.strerror}); "
+            "name another with --out."
+        ) from None
+    for name, is_ours in ((PAGE, _is_our_page), (DATA, _is_our_data)):
+        path = folder / name
+        if path.exists() and not is_ours(path):
+            raise InputError(
+                f"out: {path} exists and is no report of vsctrl; move it away or name another "
+                "folder with --out."
+            )
+    return made
+
+
+def _is_our_page(path: Path) -> bool:
+    try:
+        head = path.read_bytes()[:2000]
+    except OSError:
+        return False
+    return f'<meta name="generator" content="{GENERATOR} '.encode() in head
+
+
+def _is_our_data(path: Path) -> bool:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    kind = SCHEMA.partition("/")[0]
+    return isinstance(found, dict) and str(found.get("schema", "")).startswith(f"{kind}/")
+
+
+def _write(folder: Path, texts: dict[str, str]) -> None:
+    """Write every file under a temporary name, then rename them all."""
+    waiting: list[tuple[Path, Path]] = []
+    try:
+        for name, text in texts.items():
+            handle, temporary = tempfile.mkstemp(dir=folder, prefix=f".{name}-")
+            waiting.append((Path(temporary), folder / name))
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                file.write(text)
+            Path(temporary).chmod(0o644)
+        for temporary_path, path in waiting:
+            temporary_path.replace(path)
+    except OSError as error:
+        raise InputError(
+            f"out: the report cannot be written to {folder} ({error.strerror}); free some space "
+            "or name another folder with --out."
+        ) from None
+    finally:
+        for temporary_path, _ in waiting:
+            temporary_path.unlink(missing_ok=True)

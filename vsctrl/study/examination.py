@@ -1,0 +1,36 @@
+"""Everything that is known about one scenario, in one value: what a report is drawn from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from vsctrl.servo import Run, Scenario, simulate
+from vsctrl.study.comparison import Comparison, validate
+from vsctrl.study.stability import Stability, stability
+
+
+@dataclass(frozen=True)
+class Examination:
+    """A scenario's stability, its validated tracking errors, and its runs with and without k_ff."""
+
+    scenario: Scenario
+    stability: Stability
+    comparison: Comparison
+    with_feedforward: Run
+    without_feedforward: Run
+
+
+def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: None) -> Examination:
+    """Compute all of it; `progress` is told each step as it begins.
+
+    Errors: `InputError` as `validate` and `stability`.
+    """
+    progress("margins and limits")
+    found = stability(scenario)
+    progress("tracking errors, four ways")
+    comparison = validate(scenario)
+    progress("six-degree-of-freedom runs")
+    on = simulate(scenario.with_(k_ff=scenario.law.k_ff or 1.0))
+    off = simulate(scenario.with_(k_ff=0.0))
+    return Examination(scenario, found, comparison, on, off)
