@@ -31,6 +31,28 @@ class _Commands(click.Group):
             ctx.exit(1)
 
 
+class _Progress:
+    """A counter of steps on stderr, which appears with the first of them."""
+
+    def __init__(self) -> None:
+        self._bar: Any = None
+
+    def step(self, name: str) -> None:
+        from tqdm import tqdm
+
+        if self._bar is None:
+            self._bar = tqdm(total=STEPS, file=sys.stderr, bar_format="{n_fmt}/{total_fmt} {desc}")
+        self._bar.set_description_str(name, refresh=False)
+        self._bar.update()
+
+    def __enter__(self) -> _Progress:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+
 @click.group(
     cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 96}
 )
@@ -66,22 +88,11 @@ def report(scenario: Path | None, out: Path, schema: bool, as_json: bool) -> Non
     from vsctrl.servo import Scenario
 
     found = Scenario.load(scenario) if scenario else paper.sliding()
-    from tqdm import tqdm
-
     from vsctrl.report import write_report
 
     command = " ".join(["vsctrl report", *([scenario.name] if scenario else [])])
-    with tqdm(total=STEPS, file=sys.stderr, bar_format="{desc:36} {n_fmt}/{total_fmt}") as bar:
-        begun = 0
-
-        def step(name: str) -> None:
-            nonlocal begun
-            bar.update(int(begun > 0))
-            bar.set_description_str(name)
-            begun += 1
-
-        written = write_report(found, out, command=command, progress=step)
-        step("done")
+    with _Progress() as progress:
+        written = write_report(found, out, command=command, progress=progress.step)
     if as_json:
         click.echo(written.data.read_text(encoding="utf-8"), nl=False)
         return

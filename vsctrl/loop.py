@@ -31,6 +31,7 @@ def _check_placement(placement: str) -> None:
         )
 
 
+@cache
 def diagram(placement: Placement = "measurement") -> Diagram:
     """Figure 1 of the paper with the latency τ placed where `placement` says.
 

@@ -96,21 +96,7 @@ class Diagram:
         Minus the transfer function from that input to `signal` is the loop transfer function L
         of the return difference 1 + L.
         """
-        self.require(signal)
-        if signal in self.inputs:
-            raise InputError(
-                f"open: {signal!r} is an input, so no loop runs through it; "
-                f"open one of {', '.join(self.drivers)}."
-            )
-        cut = f"{signal}__cut"
-        parts = [_rewired(part, {signal: cut}) for part in self.parts]
-        outputs = (*self.outputs, *(() if signal in self.outputs else (signal,)))
-        if all(cut not in part.inputs for part in parts):
-            raise InputError(
-                f"open: nothing takes {signal!r}, so no loop runs through it; "
-                f"open a signal that feeds another part."
-            )
-        return Diagram(parts, inputs=(*self.inputs, cut), outputs=outputs)
+        return self._opened(signal)
 
     def at(self, values: Mapping[str, float] | None = None, /, **keywords: float) -> System:
         """The diagram with a number for every parameter, ready for every numeric face.
@@ -150,6 +136,10 @@ class Diagram:
     def evaluator(self) -> Callable[[str, str], Callable[..., Any]]:
         """(source, target) → the compiled channel f(s, *parameters), kept once made."""
         return cache(partial(transfer.evaluator, self))
+
+    @cached_property
+    def _opened(self) -> Callable[[str], Diagram]:
+        return cache(partial(_open, self))
 
     def require(self, signal: str) -> None:
         """Raise a sentence if the diagram has no such signal."""
@@ -215,6 +205,25 @@ def _one_symbol_a_name(parts: tuple[Part, ...]) -> tuple[Part, ...]:
                 part = replace(part, expr=part.expr.xreplace(swap))
         out.append(part)
     return tuple(out)
+
+
+def _open(diagram: Diagram, signal: str) -> Diagram:
+    """`Diagram.open`, made once a signal."""
+    diagram.require(signal)
+    if signal in diagram.inputs:
+        raise InputError(
+            f"open: {signal!r} is an input, so no loop runs through it; "
+            f"open one of {', '.join(diagram.drivers)}."
+        )
+    cut = f"{signal}__cut"
+    parts = [_rewired(part, {signal: cut}) for part in diagram.parts]
+    outputs = (*diagram.outputs, *(() if signal in diagram.outputs else (signal,)))
+    if all(cut not in part.inputs for part in parts):
+        raise InputError(
+            f"open: nothing takes {signal!r}, so no loop runs through it; "
+            f"open a signal that feeds another part."
+        )
+    return Diagram(parts, inputs=(*diagram.inputs, cut), outputs=outputs)
 
 
 def _rewired(part: Part, renamed: Mapping[str, str]) -> Part:
