@@ -211,6 +211,8 @@ def _expression(value: Any, name: str) -> sp.Expr:
     if isinstance(value, float):
         value = exact_number(value, f"Block {name!r}")
     expr = sp.Rational(value) if isinstance(value, int | Fraction) else value
+    if expr.has(sp.nan):
+        raise InputError(f"Block {name!r}: {expr} is no number; give a finite one.")
     # A second symbol called "s" with other assumptions would silently become a parameter.
     exact = {a: s for a in expr.free_symbols if a.name == "s" and a != s}
     exact |= {

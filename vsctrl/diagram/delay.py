@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from vsctrl.diagram import descriptor
 from vsctrl.diagram.transfer import BlockCoefficients, resolve
-from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
     from vsctrl.diagram.diagram import Diagram
@@ -46,6 +45,25 @@ class DelaySystem:
     def outputs(self) -> int:
         """Number p of external outputs."""
         return self.C.shape[0] - len(self.delays)
+
+    def scaled(self, unit: float) -> DelaySystem:
+        """The same system with time counted in multiples of `unit` (s)."""
+        slope = np.array([[unit]])
+        delays = tuple(tau / Fraction(unit) for tau in self.delays)
+        return DelaySystem(self.A * slope, self.B * slope, self.C, self.D, delays)
+
+    def closed(self, sign: int) -> DelaySystem:
+        """The autonomous system left when its one output is fed back to its one input.
+
+        `sign` −1: the loop transfer function L of 1 + L is minus this system.
+        """
+        r = 1
+        gain = 1 / (1 - self.D[0, 0])
+        u = gain * np.concatenate([self.C[0], self.D[0, r:]])
+        n = len(self.A)
+        states = np.hstack([self.A, self.B[:, r:]]) + np.outer(self.B[:, 0], u)
+        rest = np.hstack([self.C[1:], self.D[1:, r:]]) + np.outer(self.D[1:, 0], u)
+        return DelaySystem(states[:, :n], states[:, n:], rest[:, :n], rest[:, n:], self.delays)
 
     def characteristic(self, at: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """The matrix [[sI − A, −B₂], [−Δ C₂, I − Δ D₂₂]], Δ = diag e^{−sτ}; its zeros are poles.
@@ -137,7 +155,6 @@ class _Assembly:
         )
         self = cls(orders, len(sources), channels)
         for i, (b, block) in enumerate(zip(blocks, diagram.blocks, strict=True)):
-            _check_causal(b)
             self.inner.append(self._combination(i, b.den))
             self.out[block.output] = self._combination(i, b.num)
         for j, name in enumerate(sources):
@@ -182,20 +199,6 @@ class _Assembly:
             self.delays.append(tau)
             self.delayed.append(row)
         return direct
-
-
-def _check_causal(block: BlockCoefficients) -> None:
-    if not block.den:
-        raise InputError(
-            f"at: block {block.name!r} divides by zero at these values; "
-            "give its denominator a value other than 0."
-        )
-    top = max(k for k, _ in block.den)
-    if (top, Fraction(0)) not in block.den:
-        raise InputError(
-            f"at: block {block.name!r} predicts the future: the highest power of s in its "
-            "denominator is delayed; multiply numerator and denominator so that it is not."
-        )
 
 
 def _pruned(system: DelaySystem) -> DelaySystem:

@@ -47,9 +47,11 @@ class Reduced:
 def reduce(pencil: Pencil, outputs: Array, blocks: list[str]) -> Reduced:
     """Eliminate the algebraic variables and every state that is tied to the inputs.
 
-    `outputs` are rows over [X; a; U]. Errors: `InputError` naming the blocks of a singular
-    algebraic loop.
+    `blocks` names the algebraic variables; `outputs` are rows over [X; a; U].
+    Errors: `InputError` naming the blocks of a singular algebraic loop.
     """
+    whole = pencil
+    pencil, outputs, left_over = _substituted(pencil, outputs)
     n, q = pencil.states, pencil.algebraic
     A, Ba, B = pencil.slope[:, :n], pencil.slope[:, n : n + q], [pencil.slope[:, n + q :]]
     scaled = pencil.tie / np.abs(pencil.tie).max(axis=1, keepdims=True, initial=1e-300)
@@ -66,7 +68,7 @@ def reduce(pencil: Pencil, outputs: Array, blocks: list[str]) -> Reduced:
         basis, triangle = np.linalg.qr(R.T, mode="complete")
         k = q - rank
         if len(R.T) < k or np.linalg.matrix_rank(triangle, tol=RANK_TOLERANCE * 10) < k:
-            raise _singular(left[:, rank:], blocks)
+            raise _singular(whole, left_over, blocks)
         stay, go = basis[:, k:], basis[:, :k]
         # go-part of X = −(R go)⁻¹ Σ (bound Hₖ) U⁽ᵏ⁾, and its derivative replaces the used ties.
         tied = [-np.linalg.solve(R @ go, bound @ Hk) for Hk in H]
@@ -79,12 +81,41 @@ def reduce(pencil: Pencil, outputs: Array, blocks: list[str]) -> Reduced:
         G = np.vstack([free @ G, go.T @ Ba])
         A, Ba, B, C = stay.T @ A @ stay, stay.T @ Ba, [stay.T @ Bk for Bk in B], C @ stay
     else:  # pragma: no cover - each round removes a state, so n rounds always suffice
-        raise _singular(np.ones((q, 1)), blocks)
+        raise _singular(whole, left_over, blocks)
     if q:
         solved, drives = -np.linalg.solve(G, F), [-np.linalg.solve(G, Hk) for Hk in H]
         A, C = A + Ba @ solved, C + Ca @ solved
         B, D = _plus(B, [Ba @ d for d in drives]), _plus(D, [Ca @ d for d in drives])
     return Reduced(A, B, C, D)
+
+
+def _substituted(pencil: Pencil, outputs: Array) -> tuple[Pencil, Array, list[int]]:
+    """Solve each block's own equation for its own variable, as one would by hand.
+
+    Where blocks feed through without a loop this is exact, zeros stay zeros, and nothing is left
+    to the rank decisions of `reduce`. A pivot that has cancelled in a loop is left to them.
+    """
+    n, q = pencil.states, pencil.algebraic
+    slope, tie, out = pencil.slope.copy(), pencil.tie.copy(), outputs.copy()
+    size = np.abs(tie[np.arange(q), n + np.arange(q)])
+    left = []
+    for i in range(q):
+        pivot = tie[i, n + i]
+        if abs(pivot) <= 1e-6 * size[i] or pivot == 0:
+            left.append(i)
+            continue
+        for rows in (slope, tie, out):
+            factors = rows[:, n + i] / pivot
+            if rows is tie:
+                factors[i] = 0.0
+            used = np.flatnonzero(factors)
+            if rows is tie:
+                size[used] += np.abs(factors[used] * tie[i, n + used])
+            rows[used] -= factors[used, None] * tie[i]
+            rows[used, n + i] = 0.0
+    keep = [*range(n), *(n + i for i in left), *range(n + q, tie.shape[1])]
+    reduced = Pencil(slope[:, keep], tie[np.ix_(left, keep)], n, len(left))
+    return reduced, out[:, keep], left
 
 
 def causal(
@@ -207,10 +238,14 @@ def _plus(a: list[Array], b: list[Array]) -> list[Array]:
     return [x + y for x, y in zip(*_padded(a, b), strict=True)]
 
 
-def _singular(combinations: Array, blocks: list[str]) -> InputError:
-    taking_part = np.abs(combinations).max(axis=1) > 1e-6
-    names = [name for name, member in zip(blocks, taking_part, strict=True) if member]
+def _singular(pencil: Pencil, left_over: list[int], blocks: list[str]) -> InputError:
+    """Name the blocks that feed through to a block that could not be solved for, and back."""
+    n, q = pencil.states, pencil.algebraic
+    reach = (pencil.tie[:, n : n + q] != 0) | np.eye(q, dtype=bool)
+    for _ in range(q):
+        reach = reach @ reach
+    inside = [i for i in range(q) if any(reach[i, j] and reach[j, i] for j in left_over)]
     return InputError(
-        f"at: the algebraic loop through {', '.join(names)} is singular at these values "
-        "(its return difference is zero); change a gain in it or put a lag into it."
+        f"at: the algebraic loop through {', '.join(blocks[i] for i in inside)} is singular at "
+        "these values (its return difference is zero); change a gain in it or put a lag into it."
     )

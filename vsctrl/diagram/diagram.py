@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import sympy as sp
 
 from vsctrl.diagram import transfer
@@ -58,6 +59,7 @@ class Diagram:
         object.__setattr__(self, "inputs", undriven if inputs is None else tuple(inputs))
         object.__setattr__(self, "outputs", ends if outputs is None else tuple(outputs))
         _check_wiring(self, undriven, taken, ends)
+        self.parameters  # noqa: B018 - refuses two symbols of one keyword
 
     @cached_property
     def drivers(self) -> dict[str, Part]:
@@ -79,7 +81,15 @@ class Diagram:
         """The keyword that `at` takes for each parameter → its symbol."""
         free = set().union(*(block.expr.free_symbols for block in self.blocks)) - {s}
         keyword = {symbol.name: word for word, symbol in KEYWORDS.items()}
-        found = {keyword.get(symbol.name, symbol.name): symbol for symbol in free}
+        found: dict[str, sp.Symbol] = {}
+        for symbol in sorted(free, key=lambda a: a.name):
+            word = keyword.get(symbol.name, symbol.name)
+            if word in found:
+                raise InputError(
+                    f"Diagram: the symbols {found[word]} and {symbol} would both be the parameter "
+                    f"{word!r}; rename one of them."
+                )
+            found[word] = symbol
         return dict(sorted(found.items()))
 
     def transfer(self, source: str, target: str) -> sp.Expr:
@@ -138,6 +148,11 @@ class Diagram:
         return cache(partial(transfer.evaluator, self))
 
     @cached_property
+    def pole_free_evaluator(self) -> Callable[[str, str], Callable[..., Any]]:
+        """(source, target) → the channel as numerator and denominator, kept once made."""
+        return cache(partial(transfer.pole_free_evaluator, self))
+
+    @cached_property
     def _opened(self) -> Callable[[str], Diagram]:
         return cache(partial(_open, self))
 
@@ -173,7 +188,7 @@ class Diagram:
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """`` (did you mean 'x'?)`` where a known name is close, else nothing."""
-    close = difflib.get_close_matches(name, list(known), n=1)
+    close = difflib.get_close_matches(str(name), list(known), n=1)
     return f" (did you mean {close[0]!r}?)" if close else ""
 
 
@@ -183,9 +198,11 @@ def _ordered(names: Iterable[str]) -> tuple[str, ...]:
 
 def _number(name: str, value: Any) -> float:
     try:
-        if isinstance(value, str | bool):
+        if isinstance(value, str | bool | np.bool_):
             raise TypeError
         number = float(value)
+    except OverflowError:
+        number = math.inf
     except (TypeError, ValueError):
         raise InputError(f"at: {name} = {value!r} is no number; give a real number.") from None
     if not math.isfinite(number):
@@ -218,7 +235,7 @@ def _open(diagram: Diagram, signal: str) -> Diagram:
     cut = f"{signal}__cut"
     parts = [_rewired(part, {signal: cut}) for part in diagram.parts]
     outputs = (*diagram.outputs, *(() if signal in diagram.outputs else (signal,)))
-    if all(cut not in part.inputs for part in parts):
+    if all(signal not in part.inputs for part in diagram.parts):
         raise InputError(
             f"open: nothing takes {signal!r}, so no loop runs through it; "
             f"open a signal that feeds another part."

@@ -7,11 +7,12 @@ dark scheme. Where things stand is decided in `place`, `grid`, `route` and `layo
 from __future__ import annotations
 
 import hashlib
+import re
 from functools import lru_cache
 from html import escape
 from typing import TYPE_CHECKING
 
-from vsctrl.diagram import mathtext
+from vsctrl.diagram import mathtext, typeset
 from vsctrl.diagram.blocks import Block
 from vsctrl.diagram.grid import Grid, build
 from vsctrl.diagram.layout import RADIUS, Box, Label, Path, Picture, Size, arrange
@@ -25,11 +26,11 @@ MATH, NAME, SIGNAL = 17.0, 11.5, 15.0  #: font sizes, px
 _BAR = 0.5  #: em from a fraction's bar to the ink beside it
 
 _STYLE = """\
-#{id}{{max-width:100%;height:auto;fill:none;stroke:currentColor;stroke-width:1.3}}
+#{id}{{fill:none;stroke:currentColor;stroke-width:1.3}}
 #{id}:root{{color:#1c2128}}
 @media (prefers-color-scheme:dark){{#{id}:root{{color:#dfe4ea}}}}
 #{id} text{{font:17px "Times New Roman","Nimbus Roman","Liberation Serif",Times,serif;\
-fill:currentColor;stroke:none;text-anchor:middle;white-space:pre}}
+fill:currentColor;stroke:none;text-anchor:middle}}
 #{id} .name{{font:11.5px Helvetica,Arial,"Liberation Sans",sans-serif;fill-opacity:.7}}
 #{id} .signal{{font-size:15px}}
 #{id} .i{{font-style:italic}}
@@ -52,20 +53,20 @@ def svg(diagram: Diagram) -> str:
     title = f"Block diagram from {', '.join(diagram.inputs) or 'no input'} "
     title += f"to {', '.join(diagram.outputs) or 'no output'}"
     about = "; ".join(_described(part) for part in diagram.parts)
-    digest = hashlib.sha256("\n".join([title, about, body]).encode()).hexdigest()
+    digest = hashlib.sha256("\n".join([title, about, body]).encode(errors="replace")).hexdigest()
     name = f"vsctrl-{digest[:12]}"
     width, height = _n(picture.width), _n(picture.height)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" id="{name}" role="img" '
         f'aria-labelledby="{name}-title {name}-desc" width="{width}" '
         f'viewBox="0 0 {width} {height}" style="max-width:100%;height:auto">\n'
-        f'<title id="{name}-title">{escape(title)}</title>\n'
-        f'<desc id="{name}-desc">{escape(about)}</desc>\n'
+        f'<title id="{name}-title">{_xml(title)}</title>\n'
+        f'<desc id="{name}-desc">{_xml(about)}</desc>\n'
         f"<style>{_STYLE.format(id=name)}</style>\n{body}\n</svg>\n"
     )
 
 
-def draft(diagram: Diagram) -> tuple[Grid, Picture, dict[int, mathtext.Formula]]:
+def draft(diagram: Diagram) -> tuple[Grid, Picture, dict[int, typeset.Formula]]:
     """The diagram placed, wired and measured, with the formula of each block."""
     graph = Graph(diagram)
     grid = build(graph)
@@ -79,22 +80,27 @@ def draft(diagram: Diagram) -> tuple[Grid, Picture, dict[int, mathtext.Formula]]
     return grid, picture, formulas
 
 
-def _size(formula: mathtext.Formula, block: object) -> Size:
+def _size(formula: typeset.Formula, block: object) -> Size:
     assert isinstance(block, Block)
-    tall = any(isinstance(piece, mathtext.Fraction) for piece in formula)
-    width = max(mathtext.width(formula) * MATH + 18.0, 42.0)
+    tall = any(isinstance(piece, typeset.Fraction) for piece in formula)
+    width = max(typeset.width(formula) * MATH + 18.0, 42.0)
     return Size(round(width), 54.0 if tall else 38.0, name_width(block.name))
 
 
 def name_width(name: str) -> float:
     """Width of a block's name above its box, px."""
-    return mathtext.words(name).width * NAME * 1.08
+    return typeset.words(name).width * NAME * 1.08
 
 
 @lru_cache(maxsize=4096)
 def signal_width(name: str) -> float:
     """Width of a signal's name beside its wire, px."""
-    return mathtext.symbol(name).width * SIGNAL
+    return typeset.symbol(name).width * SIGNAL
+
+
+def _xml(text: str) -> str:
+    """User text as XML character data; characters that XML does not know are replaced."""
+    return escape(re.sub(r"[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text))
 
 
 def _n(value: float) -> str:
@@ -114,14 +120,14 @@ def _wire(path: Path) -> str:
     return f'<path d="M{run}"/>{head}'
 
 
-def _node(grid: Grid, box: Box, formulas: dict[int, mathtext.Formula]) -> str:
+def _node(grid: Grid, box: Box, formulas: dict[int, typeset.Formula]) -> str:
     part = grid.graph.nodes[box.node].part
-    title = f"<title>{escape(_described(part))}</title>"
+    title = f"<title>{_xml(_described(part))}</title>"
     if not isinstance(part, Block):
         return f'<g>{title}<circle class="box" cx="{_n(box.x)}" cy="{_n(box.y)}" r="{RADIUS}"/></g>'
     x, y = box.x - box.width / 2, box.y - box.height / 2
     frame = f'width="{_n(box.width)}" height="{_n(box.height)}"'
-    name = _text(mathtext.words(part.name), box.x, y - 5, NAME, ' class="name"')
+    name = _text(typeset.words(part.name), box.x, y - 5, NAME, ' class="name"')
     return (
         f'<g>{title}<rect class="box" x="{_n(x)}" y="{_n(y)}" {frame}/>'
         f"{name}{_formula(formulas[box.node], box.x, box.y)}</g>"
@@ -132,14 +138,14 @@ def _described(part: object) -> str:
     return f"{part.name}: {part}" if isinstance(part, Block) else str(part)
 
 
-def _formula(formula: mathtext.Formula, x: float, y: float) -> str:
+def _formula(formula: typeset.Formula, x: float, y: float) -> str:
     """A formula centred on a point: each line and each side of a fraction is one text."""
     out = []
-    x -= mathtext.width(formula) * MATH / 2
+    x -= typeset.width(formula) * MATH / 2
     for piece in formula:
         wide = piece.width * MATH
         middle = x + wide / 2
-        if isinstance(piece, mathtext.Line):
+        if isinstance(piece, typeset.Line):
             out.append(_text(piece, middle, y + 0.3 * MATH, MATH))
         else:
             out.append(_text(piece.num, middle, y - _BAR * MATH + 1.5, MATH))
@@ -149,7 +155,7 @@ def _formula(formula: mathtext.Formula, x: float, y: float) -> str:
     return "".join(out)
 
 
-def _text(line: mathtext.Line, x: float, y: float, size: float, more: str = "") -> str:
+def _text(line: typeset.Line, x: float, y: float, size: float, more: str = "") -> str:
     """One line of text; scripts are runs shifted by dy, which the next run shifts back."""
     spans, height = [], 0.0
     for run in line.runs:
@@ -159,14 +165,14 @@ def _text(line: mathtext.Line, x: float, y: float, size: float, more: str = "") 
         look += f' dx="{_n(run.skip * size)}"' if run.skip else ""
         look += f' dy="{_n(shift)}"' if shift else ""
         look += f' font-size="{_n(run.size * size)}"' if run.size != 1 else ""
-        text = escape(run.text)
+        text = _xml(run.text)
         spans.append(f"<tspan{look}>{text}</tspan>" if look else text)
     return f'<text{more} x="{_n(x)}" y="{_n(y)}">{"".join(spans)}</text>'
 
 
 def _signal(label: Label) -> str:
     anchor = "" if label.anchor == "middle" else f' style="text-anchor:{label.anchor}"'
-    line = mathtext.symbol(label.signal)
+    line = typeset.symbol(label.signal)
     return _text(line, label.x, label.y, SIGNAL, f' class="signal"{anchor}')
 
 

@@ -103,17 +103,25 @@ def margins(L: Response, rates: Array, late: float, unstable_roots: int) -> Marg
 
 
 def _band(L: Response, rates: Array) -> tuple[float, float]:
-    """From where L is a plain power of ω up to where it no longer matters."""
+    """From where L is a plain power of ω, not of size 1, up to where it no longer matters."""
     rates = rates[(rates > 0) & np.isfinite(rates)]
-    low, high = (rates.min(), rates.max()) if len(rates) else (1.0, 1.0)
-    low, high = low * 1e-3, high * 10
-    for _ in range(12):
-        if 1e-2 < abs(L(np.array([1j * low]))[0]) < 1e2:
-            low /= 10
-    for _ in range(12):
-        if abs(L(np.array([1j * high]))[0]) > LEAST:
-            high *= 2
-    return float(low), float(high)
+    low, high = (rates.min() * 1e-3, rates.max() * 10) if len(rates) else (1e-3, 1e1)
+    size, power = _power(L, low)
+    if power:
+        # |L| = size (ω/low)^power below `low`: go a hundredfold below the crossing it points to.
+        low = min(low, 1e-2 * low * size ** (-1 / power))
+    size, power = _power(L, high)
+    if power < 0:
+        high = max(high, 2 * high * (size / LEAST) ** (-1 / power))
+    return float(max(low, 1e-250)), float(min(high, 1e250))
+
+
+def _power(L: Response, omega: float) -> tuple[float, int]:
+    """|L| at a frequency, and the whole power of ω that it follows there."""
+    size, beside = np.abs(L(1j * omega * np.array([1.0, 1.1])))
+    if not (0 < size < math.inf and 0 < beside < math.inf):
+        return 1.0, 0
+    return float(size), round(math.log(beside / size) / math.log(1.1))
 
 
 def _pieces(L: Response, low: float, high: float, late: float) -> tuple[Array, Complex]:
@@ -121,6 +129,7 @@ def _pieces(L: Response, low: float, high: float, late: float) -> tuple[Array, C
     nodes, to_coefficients, _ = _tables(DEGREE)
     grid = np.linspace(math.log(low), math.log(high), max(4, math.ceil(2 * math.log10(high / low))))
     todo = np.column_stack([grid[:-1], grid[1:]])
+    before = np.full(len(todo), np.inf)  # what the piece that each is half of left unresolved
     done_ends, done = [], []
     total = 0
     while len(todo):
@@ -128,12 +137,15 @@ def _pieces(L: Response, low: float, high: float, late: float) -> tuple[Array, C
         values = L(1j * np.exp(mid[:, None] + half[:, None] * nodes))
         coefficients = values @ to_coefficients.T
         size = np.abs(values).max(axis=1)
-        # e^{−jωτ} itself is only known to the rounding of ωτ.
+        # e^{−jωτ} itself is only known to the rounding of ωτ, and L near a resonance to less; where
+        # halving a piece no longer helps, what is left is rounding.
         known = 1e-13 + 1e-15 * late * np.exp(todo[:, 1])
-        fine = (np.abs(coefficients[:, -3:]).max(axis=1) <= known * size) | (half < 1e-9)
+        tail = np.abs(coefficients[:, -3:]).max(axis=1) / size
+        stuck = (tail < 1e-9) & (tail > 0.1 * before)
+        fine = (tail <= known) | stuck | (half < 1e-12)
         done_ends.append(todo[fine])
         done.append(coefficients[fine])
-        rest, mid = todo[~fine], mid[~fine]
+        rest, mid, before = todo[~fine], mid[~fine], np.tile(tail[~fine], 2)
         todo = np.vstack([np.column_stack([rest[:, 0], mid]), np.column_stack([mid, rest[:, 1]])])
         total += int(fine.sum())
         if total + len(todo) > MAX_PIECES:
@@ -210,10 +222,12 @@ def _peak(L: Response, ends: Array, pieces: Complex) -> tuple[float, float]:
     omega = np.exp(np.concatenate([inner, ends[[0, -1], [0, 1]]]))
     values_at = 1 / np.abs(1 + L(1j * omega))
     best = int(values_at.argmax())
-    # Where L dies out, S tends to 1, which may be its supremum without being reached.
-    dies_out = abs(L(np.array([1e6j * omega[-1]]))[0]) < 1e-3
-    if dies_out and values_at[best] < 1:
-        return math.inf, 1.0
+    # The supremum may be a limit that is not reached: 1 where L dies out, or that at ω = 0.
+    outer = L(1j * np.array([1e-6 * omega[-2], 1e6 * omega[-1]]))
+    at_zero = 1 / abs(1 + outer[0])
+    at_infinity = 1.0 if abs(outer[1]) < 1e-3 else 0.0
+    if max(at_zero, at_infinity) > values_at[best]:
+        return (0.0, float(at_zero)) if at_zero > at_infinity else (math.inf, 1.0)
     return float(omega[best]), float(values_at[best])
 
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vsctrl.diagram.place import Chain, Graph, Spot, main_row, next_chain
+from vsctrl.diagram.ports import OPPOSITE, sides
 
-_OPPOSITE = {"right": "left", "left": "right", "top": "bottom", "bottom": "top"}
+_ENDS = ("input", "output")
 
 
 @dataclass(frozen=True)
@@ -35,12 +36,12 @@ def build(graph: Graph) -> Grid:
         for i in range(len(graph.nodes))
     ]
     home = lanes[0.0]
-    sides = {
+    entries = {
         (i, name): side
         for i in range(len(graph.nodes))
-        for name, side in _sides(graph, spots, i, home).items()
+        for name, side in sides(graph, spots, i, home).items()
     }
-    return Grid(graph, spots, sides)
+    return Grid(graph, spots, entries)
 
 
 class _Placer:
@@ -59,7 +60,7 @@ class _Placer:
         while len(self.column) < len(self.graph.nodes):
             chain = next_chain(self.graph, set(self.column))
             if side := self._side_for_input(chain):
-                self.out[chain.nodes[0]] = _OPPOSITE[side]
+                self.out[chain.nodes[0]] = OPPOSITE[side]
                 self.column[chain.nodes[0]] = self.column[chain.sink or 0]
             else:
                 self._spread(chain)
@@ -82,7 +83,7 @@ class _Placer:
             return ""
         out, facing = self.out.get(source, "right"), self.out.get(sink, "right")
         if out in ("top", "bottom"):
-            return _OPPOSITE[out]
+            return OPPOSITE[out]
         if facing == "left":
             return "" if self.column[source] > self.column[sink] else "top"
         if source in self.row and sink in self.row:
@@ -216,58 +217,3 @@ class _Placer:
             if lane not in self.rows and self._free(lane, extent):
                 return lane
         return ((inner[-1] if inner else low) + high) / 2
-
-
-_ENDS = ("input", "output")
-_SIDEWAYS = ("left", "right")
-
-
-def _sides(graph: Graph, spots: list[Spot], node: int, home: int) -> dict[str, str]:
-    """Where each wire enters a node: straight wires from behind, others from their own side."""
-    spot = spots[node]
-    names = [name for _, name in graph.nodes[node].takes]
-    back = _OPPOSITE[spot.out]
-    if graph.nodes[node].kind != "sum":
-        return dict.fromkeys(names, back)
-    others = [spots[graph.driver[name]] for name in names]
-    straight = next((n for n, o in enumerate(others) if _straight(spots, o, spot, back)), None)
-    if straight is None:
-        straight = next((n for n, o in enumerate(others) if _behind(o, spot)), None)
-    wishes: list[tuple[int, int, str]] = []
-    for n, other in enumerate(others):
-        if n == straight or other.out in ("top", "bottom"):
-            wishes.append((0, n, back if n == straight else _OPPOSITE[other.out]))
-        else:
-            level = other.lane == spot.lane
-            # Feedback goes below, but around the outside where another row follows below.
-            outside = spot.lane < home or (spot.lane == home and _row_below(graph, spots, home))
-            above = other.lane < spot.lane or (level and outside)
-            wishes.append((1 + abs(other.column - spot.column), n, "top" if above else "bottom"))
-    free, sides = [back, "top", "bottom"], {}
-    for _, n, wish in sorted(wishes):
-        sides[names[n]] = wish if wish in free else free[0]
-        free.remove(sides[names[n]])
-    return sides
-
-
-def _behind(source: Spot, sink: Spot) -> bool:
-    """Whether a wire from another lane comes from where the flow in this one comes from."""
-    upstream = source.column < sink.column if sink.out == "right" else source.column > sink.column
-    return upstream and source.lane != sink.lane and source.out in _SIDEWAYS
-
-
-def _row_below(graph: Graph, spots: list[Spot], home: int) -> bool:
-    """Whether another input leads into a row of its own below the main one."""
-    return any(
-        spots[i].lane > home and spots[i].out == "right" and spots[i].column == 0
-        for i in graph.of("input")
-    )
-
-
-def _straight(spots: list[Spot], source: Spot, sink: Spot, back: str) -> bool:
-    """Whether a level wire can run from one cell to the other with nothing in between."""
-    if source.lane != sink.lane or source.out != _OPPOSITE.get(back):
-        return False
-    low, high = sorted((source.column, sink.column))
-    ahead = (sink.column - source.column) * (1 if back == "left" else -1) > 0
-    return ahead and not any(s.lane == sink.lane and low < s.column < high for s in spots)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.diagram.delay import DelaySystem
-from vsctrl.errors import LimitError
+from vsctrl.errors import InputError, LimitError
 
 Complex = NDArray[np.complex128]
 
@@ -24,15 +24,20 @@ def rightmost(system: DelaySystem, n: int) -> Complex:
     One more is given where the nth would be split from its conjugate; fewer where the system has
     no more. Simple roots are right to about 1e-12 relative.
     """
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 0:
+        raise InputError(f"poles: n = {n!r} is not usable; give a whole number of 0 or more.")
     if not system.delays:
         return _first(np.linalg.eigvals(system.A).astype(complex), n)
+    # With the longest delay as the unit of time nothing depends on the user's units.
+    unit = float(max(system.delays))
+    system = system.scaled(unit)
     found: list[complex] = []
     for nodes in (20 + 3 * n, 40 + 6 * n, 80 + 12 * n):
-        candidates = _ordered(_discretised(system, nodes))[: 2 * n + 6]
+        candidates = _ordered(_discretised(system, nodes))[: 4 * n + 12]
         found = _distinct(system, *_polished(system, candidates))
         if len(found) >= n or len(system.A) == 0:
             break
-    return _first(np.array(found, complex), n)
+    return _first(np.array(found, complex), n) / unit
 
 
 def count_right_of(system: DelaySystem, sigma: float = 0.0) -> int:

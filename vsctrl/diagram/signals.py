@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from numbers import Real
 from typing import Any, Protocol
 
 import numpy as np
@@ -42,7 +43,8 @@ class _Checked:
             value = getattr(self, field.name)
             if hasattr(value, "free_symbols"):  # a SymPy expression, for closed forms
                 continue
-            if isinstance(value, bool | str) or not math.isfinite(value):
+            real = isinstance(value, Real) and not isinstance(value, bool)
+            if not real or not math.isfinite(value):
                 raise InputError(
                     f"{type(self).__name__}: {field.name} = {value!r} is not usable; "
                     "give a finite number."

@@ -58,16 +58,21 @@ class System:
     def open(self, signal: str) -> OpenLoop:
         """The loop transfer function L of the return difference 1 + L, broken at a named signal."""
         opened = System(self.diagram.open(signal), self.values)
-        return OpenLoop(opened, f"{signal}__cut", signal, sign=-1, closed=self)
+        return OpenLoop(opened, f"{signal}__cut", signal, sign=-1)
 
     def poles(self, n: int = 6) -> Complex:
         """The n rightmost characteristic roots of the whole diagram (rad/s), delays exact."""
-        return roots.rightmost(delay.realise(self.diagram, self.blocks, (), ()), n)
+        return roots.rightmost(self.autonomous, n)
+
+    @cached_property
+    def autonomous(self) -> delay.DelaySystem:
+        """The diagram's delay system with no inputs and no outputs, whose roots are its poles."""
+        return delay.realise(self.diagram, self.blocks, (), ())
 
     @cached_property
     def unstable_roots(self) -> int:
         """How many characteristic roots lie on or right of the imaginary axis."""
-        return roots.count_right_of(delay.realise(self.diagram, self.blocks, (), ()), -1e-12)
+        return roots.count_right_of(self.autonomous, -1e-12)
 
 
 @dataclass(frozen=True)
@@ -102,11 +107,14 @@ class Channel:
         """The exact value at complex s (rad/s), any shape; infinite at a pole."""
         at = np.asarray(s, complex)
         with np.errstate(all="ignore"):
-            value = np.asarray(self._compiled(at, *self.system.values.values()), complex)
+            try:
+                value = np.asarray(self._compiled(at, *self.system.values.values()), complex)
+            except ZeroDivisionError:  # a channel of constants divides Python's numbers
+                value = np.array(np.nan, complex)
         value = np.broadcast_to(value, at.shape).copy()
         lost = ~np.isfinite(value)
         if lost.any():
-            value[lost] = self._limit(at[lost])
+            value[lost] = np.array([self._where_a_block_is_infinite(point) for point in at[lost]])
         value = value if self.sign > 0 else -value
         return value if at.ndim else complex(value)
 
@@ -114,21 +122,28 @@ class Channel:
     def _compiled(self) -> Callable[..., Any]:
         return self.system.diagram.evaluator(self.source, self.target)
 
-    def _limit(self, at: Complex) -> Complex:
-        """The value where a block is infinite: the mean over a small circle, or infinity."""
-        turn = np.exp(2j * np.pi * (np.arange(16) + 0.5) / 16)
-        radius = 1e-2 * (np.abs(at) + 1e-2)
+    def _where_a_block_is_infinite(self, at: complex) -> complex:
+        """The channel's own value there: a quotient without poles, infinity, or a limit."""
+        quotient = self.system.diagram.pole_free_evaluator(self.source, self.target)
         with np.errstate(all="ignore"):
-            around = self._compiled(
-                at[:, None] + radius[:, None] * turn, *self.system.values.values()
-            )
-            closer = self._compiled(
-                at[:, None] + radius[:, None] / 2 * turn, *self.system.values.values()
-            )
-        pole = np.abs(closer).max(axis=1) > 1.5 * np.abs(around).max(axis=1)
-        mean = np.asarray(closer, complex).mean(axis=1)
-        mean = np.where(np.abs(mean.imag) <= 1e-15 * np.abs(mean), mean.real, mean)
-        return np.where(pole, np.inf, mean)
+            num, den = (complex(x) for x in quotient(at, *self.system.values.values()))
+        if den:
+            return num / den
+        self.system.autonomous  # noqa: B018 - a loop that has no solution is refused here
+        return complex(np.inf) if num else self._limit(at)
+
+    def _limit(self, at: complex) -> complex:
+        """The limit at a root that the channel may not show: the mean over a small circle."""
+        others = np.abs(self.system.poles(8) - at)
+        radius = 1e-3 * min(others[others > 1e-9 * (abs(at) + 1e-9)], default=1.0)
+        turn = np.exp(2j * np.pi * (np.arange(16) + 0.5) / 16)
+        far, near = (
+            self.realisation.transfer(at + r * turn)[:, 0, 0] for r in (radius, radius / 2)
+        )
+        if np.abs(near).max() > 1.5 * np.abs(far).max():
+            return complex(np.inf)
+        mean = complex(near.mean())
+        return complex(mean.real, 0.0) if at.imag == 0 else mean
 
     def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
         """The exact response at ω (rad/s), for python-control's plots."""
@@ -136,7 +151,12 @@ class Channel:
 
         w = np.asarray(omega, float)
         return control.FrequencyResponseData(
-            self(1j * w), w, smooth=False, inputs=self.source, outputs=self.target
+            self(1j * w),
+            w,
+            smooth=False,
+            inputs=self.source,
+            outputs=self.target,
+            name=f"{self.source} to {self.target}",
         )
 
     def response(self, signal: Signal, t: ArrayLike) -> control.TimeResponseData:
@@ -144,14 +164,18 @@ class Channel:
 
         `signal` is a `Step`, `Ramp`, `Parabola` or `Sine`.
         """
-        import control
-
-        times = np.asarray(t, float)
-        if times.ndim != 1 or not len(times) or not np.isfinite(times).all() or times.min() < 0:
-            raise InputError("response: t must be a list of finite times of 0 s or more.")
+        if not isinstance(signal, Signal):
+            raise InputError(
+                f"response: {signal!r} is no signal; give a Step(…), Ramp(…), Parabola(…) or "
+                "Sine(…)."
+            )
         if any(hasattr(getattr(signal, f.name), "free_symbols") for f in fields(signal)):
             raise InputError(f"response: {signal} holds symbols; give it numbers.")
-        horizon = max(float(times.max()), 1e-12)
+        import control
+
+        times = _times(t)
+        # A little further, so that a jump at the last time is seen from its right.
+        horizon = max(float(times.max()) * (1 + 1e-6), 1e-12)
         y = self.sign * response.solve(self.realisation, signal, horizon)(times)
         return control.TimeResponseData(
             times,
@@ -180,15 +204,26 @@ class Channel:
 
 @dataclass(frozen=True)
 class OpenLoop(Channel):
-    """L of a return difference 1 + L, with the closed loop that it belongs to."""
-
-    closed: System | None = None
+    """L of a return difference 1 + L."""
 
     def margins(self) -> frequency.Margins:
-        """Gain, phase and delay margins, sensitivity peak and all crossings, exact."""
-        assert self.closed is not None
+        """Gain, phase and delay margins, sensitivity peak and all crossings, exact.
+
+        `stable` speaks of this loop closed: what lies outside of it is left to `System.poles`.
+        """
         system = self.realisation
         late = np.array([float(tau) for tau in system.delays])
         rates = np.concatenate([np.abs(np.linalg.eigvals(system.A)), 1 / late])
-        unstable = self.closed.unstable_roots
+        unstable = roots.count_right_of(system.closed(self.sign), -1e-12)
         return frequency.margins(self, rates, float(late.sum()), unstable)
+
+
+def _times(t: ArrayLike) -> Array:
+    try:
+        times = np.asarray(t)
+        times = times.astype(float) if times.dtype.kind in "iuf" else np.zeros(0)
+    except ValueError:  # a ragged list
+        times = np.zeros(0)
+    if times.ndim != 1 or not len(times) or not np.isfinite(times).all() or times.min() < 0:
+        raise InputError("response: t must be a list of finite times of 0 s or more.")
+    return times

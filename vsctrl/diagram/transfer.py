@@ -135,14 +135,48 @@ def polynomials(diagram: Diagram, source: str, target: str) -> tuple[sp.Expr, sp
 def evaluator(diagram: Diagram, source: str, target: str) -> Callable[..., Any]:
     """Compile a channel to ``f(s, *parameters)`` on NumPy arrays, common subexpressions shared."""
     num, den = diagram.gains.channel(source, target)
+    gains = {g: above / below for g, (above, below) in _numeric_gains(diagram).items()}
+    return _compiled(diagram, num.xreplace(gains) / den.xreplace(gains))
+
+
+def pole_free_evaluator(diagram: Diagram, source: str, target: str) -> Callable[..., Any]:
+    """The same as (numerator, denominator), both finite where a block is infinite.
+
+    N and Δ are linear in each gain g = n/d, so that multiplying both by every d leaves no division.
+    It is slower than `evaluator` and serves the points where that one fails.
+    """
+    gains = _numeric_gains(diagram)
+
+    def cleared(expr: sp.Expr) -> sp.Expr:
+        terms = sp.Poly(expr, *gains).terms() if gains else [((), expr)]
+        return sp.Add(
+            *(
+                factor
+                * sp.Mul(
+                    *(
+                        n if power else d
+                        for power, (n, d) in zip(powers, gains.values(), strict=True)
+                    )
+                )
+                for powers, factor in terms
+            )
+        )
+
+    return _compiled(diagram, [cleared(side) for side in diagram.gains.channel(source, target)])
+
+
+def _numeric_gains(diagram: Diagram) -> dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]:
+    """(numerator, denominator) of each block gain in s and parameters, delays as exp(−τ s)."""
     gains = {}
     for letter, block in zip(diagram.gains.letters, diagram.blocks, strict=True):
-        r = block.rational
-        delays = {q: sp.exp(-tau * s) for q, tau in r.delays.items()}
-        value = sp.horner(r.num_expr, s) if r.num_expr.has(s) else r.num_expr
-        below = sp.horner(r.den_expr, s) if r.den_expr.has(s) else r.den_expr
-        gains[letter] = (value / below).xreplace(delays)
-    expr = num.xreplace(gains) / den.xreplace(gains)
+        delays = {q: sp.exp(-tau * s) for q, tau in block.rational.delays.items()}
+        sides = (block.rational.num_expr, block.rational.den_expr)
+        above, below = (sp.horner(x, s) if x.has(s) else x for x in sides)
+        gains[letter] = above.xreplace(delays), below.xreplace(delays)
+    return gains
+
+
+def _compiled(diagram: Diagram, expr: Any) -> Callable[..., Any]:
     return sp.lambdify([s, *diagram.parameters.values()], expr, modules="numpy", cse=True)
 
 
@@ -191,7 +225,7 @@ class Coefficients:
             numbers = [float(x) for x in self._flat(*values.values())]
         except (ZeroDivisionError, OverflowError, ValueError, TypeError):
             raise InputError(
-                f"at: a block has no finite value at {_shown(values)}; "
+                f"at: a block has no finite real value{_shown(values)}; "
                 "look for a division by zero or the root or logarithm of a negative number."
             ) from None
         delays = {}
@@ -203,16 +237,13 @@ class Coefficients:
                 )
             delays[delay_symbol(expr)] = exact_number(number, f"at: delay {name}")
         rest = iter(numbers[len(self._delays) :])
-        return [
-            BlockCoefficients(
-                block.name,
-                *(
-                    self._side(side, rest, delays, block.name)
-                    for side in (block.rational.num, block.rational.den)
-                ),
-            )
-            for block in self._diagram.blocks
-        ]
+        blocks = []
+        for block in self._diagram.blocks:
+            num = self._side(block.rational.num, rest, delays, block.name)
+            den = self._side(block.rational.den, rest, delays, block.name)
+            _check_causal(block.name, den)
+            blocks.append(BlockCoefficients(block.name, num, den))
+        return blocks
 
     def _side(
         self, side: dict[Any, sp.Expr], rest: Any, delays: dict[sp.Symbol, Fraction], name: str
@@ -227,4 +258,19 @@ class Coefficients:
 
 
 def _shown(values: dict[str, float]) -> str:
-    return ", ".join(f"{name} = {value:g}" for name, value in values.items())
+    pairs = ", ".join(f"{name} = {value:g}" for name, value in values.items())
+    return f" at {pairs}" if pairs else ""
+
+
+def _check_causal(name: str, den: dict[tuple[int, Fraction], float]) -> None:
+    if not den:
+        raise InputError(
+            f"at: block {name!r} divides by zero at these values; "
+            "give its denominator a value other than 0."
+        )
+    top = max(k for k, _ in den)
+    if (top, Fraction(0)) not in den:
+        raise InputError(
+            f"at: block {name!r} predicts the future: the highest power of s in its "
+            "denominator is delayed; multiply numerator and denominator so that it is not."
+        )

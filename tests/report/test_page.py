@@ -1,0 +1,207 @@
+"""The page: self-contained, well formed, escaped, deterministic, and first things first."""
+
+import os
+import re
+import subprocess
+import sys
+from collections import Counter
+from html import unescape
+from html.parser import HTMLParser
+
+import pytest
+
+from vsctrl import __version__, paper
+
+VOID = {"area", "base", "br", "col", "embed", "hr", "img", "input", "link", "meta", "source", "wbr"}
+LINKS = {"href", "xlink:href", "src", "srcset", "action", "formaction", "data", "poster", "cite"}
+NAMES = ("slide", "unstable", "prompt")
+
+
+class Page(HTMLParser):
+    """Tags, ids, links and text of a page; raises where tags do not balance."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.tags: Counter[str] = Counter()
+        self.ids: Counter[str] = Counter()
+        self.links: list[str] = []
+        self.handlers: list[str] = []
+        self.open: list[str] = []
+        self.title = self.body = ""
+        self.feed(text)
+        self.close()
+        assert not self.open, f"left open: {self.open}"
+
+    def handle_starttag(self, tag, attrs, void=False):
+        self.tags[tag] += 1
+        for name, value in attrs:
+            if name == "id":
+                self.ids[value] += 1
+            if name in LINKS:
+                self.links.append(value)
+            if name.startswith("on"):
+                self.handlers.append(name)
+        if tag not in VOID and not void:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.handle_starttag(tag, attrs, void=True)
+
+    def handle_endtag(self, tag):
+        assert self.open and self.open[-1] == tag, f"</{tag}> closes {self.open} at {self.getpos()}"
+        self.open.pop()
+
+    def handle_data(self, data):
+        if self.open == ["html", "head", "title"]:
+            self.title += data
+        elif "body" in self.open and "style" not in self.open:
+            self.body += data
+
+
+@pytest.fixture(scope="module")
+def text(report_of):
+    return lambda name: (report_of(name) / "index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_page_is_well_formed_and_needs_nothing_else(text, name):
+    source = text(name)
+    page = Page(source)
+    assert source.lstrip().lower().startswith("<!doctype html>")
+    assert page.tags["title"] >= 1 and page.tags["h1"] == 1 and page.tags["meta"] >= 2
+    assert "<script" not in source.lower() and not page.handlers
+    assert "http://" not in source and "https://" not in source and "@import" not in source
+    assert page.links and all(link.startswith("#") for link in page.links)
+    assert all(target.startswith("#") for target in re.findall(r"url\(\s*[\"']?([^)]*)", source))
+    assert not {"iframe", "object", "embed", "link", "base", "form", "img"} & set(page.tags)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_ids_are_unique_and_every_reference_has_its_target(text, name):
+    source = text(name)
+    page = Page(source)
+    assert not [i for i, n in page.ids.items() if n > 1]
+    used = {link[1:] for link in page.links} | set(re.findall(r"url\(#([^)]*)\)", source))
+    used |= {i for ids in re.findall(r'aria-labelledby="([^"]*)"', source) for i in ids.split()}
+    assert used <= set(page.ids)
+
+
+def test_the_verdict_comes_first_in_millimetres(text):
+    source = text("slide")
+    before = Page(source[: source.index("<h2")] + "</body></html>").body
+    for words in ("12.8 mm behind", "3.2 mm ahead", "16.0 mm", "80 ms", "derivative term"):
+        assert words in before
+    assert re.search(r"agree in 8 of 8 cases", before)
+    assert "stable" in before and "unstable" not in before
+    assert "15.45" in before and "19.63" in before
+    assert source.index("12.8 mm behind") < source.index("<svg") < source.index("<table")
+
+
+def test_figure_1_the_formulas_and_the_plots_are_part_of_the_page(text):
+    source = text("slide")
+    page = Page(source)
+    loop = source[source.index("<h2") : source.index("<h2", source.index("<h2") + 1)]
+    assert loop.count("<svg") == 1
+    for block in ("gain", "feed-forward", "inverse model", "robot, camera", "vision"):
+        assert block in loop
+    assert page.tags["svg"] >= 7 and page.tags["figure"] >= 7
+    assert page.tags["math"] >= 10 and "<mfrac>" in source
+    # SymPy's own MathML printer would have lower-cased these.
+    assert "<mi>L</mi>" in source and "<mi>S</mi>" in source and "<mi>&#x003BB;</mi>" in source
+    assert not re.search(r"\\frac|\\lambda|\$", page.body)
+    for word in ("Bode", "Nyquist", "Padé"):
+        assert word in source
+
+
+def test_the_table_of_the_page_agrees(text):
+    source = text("slide")
+    table = next(t for t in re.findall(r"<table.*?</table>", source, re.DOTALL) if "6-DOF" in t)
+    rows = re.findall(r"<tr>(.*?)</tr>", table, re.DOTALL)[1:]
+    shown = []
+    for row in rows:
+        cells = [
+            unescape(re.sub(r"<[^>]*>", "", c)).strip() for c in re.findall(r"<td.*?</td>", row)
+        ]
+        case, numbers, mark = cells[0], cells[2:6], cells[6]
+        assert mark == "agree"
+        assert len(set(numbers)) == 1, f"{case}: {numbers}"
+        shown.append(numbers[0])
+    assert Counter(shown) == Counter({"−16.000": 3, "−12.800": 1, "0.000": 3, "+3.200": 1})
+
+
+def test_margins_and_limits_are_on_the_page(text):
+    words = Page(text("slide")).body
+    for number in ("7.85", "78.54", "548.3", "19.63", "15.45", "4.60", "3.70", "25.0", "19.78"):
+        assert number in words
+    for reading in ("0.1 per sample", "0.2 per sample", "0.1 per second"):
+        assert reading in words
+    assert "−396.800" in words  # v (τ − 1/λ) at λ = 0.1 s⁻¹, what per second would mean
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_number_is_missing_on_the_page(text, name):
+    words = Page(text(name)).body
+    assert not re.search(r"\b(nan|inf|None|NaN|Infinity|undefined)\b", words)
+    assert (
+        not re.search(r"[-−]0(\.0+)?(?![\d.])", words)
+        and "<built-in" not in words
+        and "{{" not in text("slide")
+    )
+
+
+def test_the_footer_tells_where_the_page_comes_from(text):
+    source = text("slide")
+    footer = source[source.index("<footer") :]
+    assert paper.sliding().digest in footer and "seed 0" in footer
+    assert f"vsctrl {__version__}" in footer and "vsctrl.write_report" in footer
+    for package in ("Python", "numpy", "scipy", "sympy", "control", "matplotlib"):
+        assert re.search(rf"{package} \d+\.\d+", footer)
+    assert "report.json" in footer
+
+
+def test_the_toml_on_the_page_is_the_scenario(text):
+    from vsctrl.servo import Scenario
+
+    shown = unescape(re.search(r"<pre>(.*?)</pre>", text("slide"), re.DOTALL)[1])
+    assert Scenario.from_toml(shown) == paper.sliding()
+
+
+def test_the_words_of_a_scenario_are_data(text):
+    source = text("prompt")
+    page = Page(source)  # a real </title> or <script> would break the balance or show as a tag
+    assert "script" not in page.tags and "img" not in page.tags
+    assert "</title><script>alert(1)</script>" in page.title
+    assert "<img src=x onerror=alert(2)> & \"quoted\" 'text' {{ 7 * 7 }} <!-- ${1}" in page.body
+    assert "49" not in page.body[: page.body.index("quoted") + 60]
+
+
+def test_an_unstable_loop_has_a_page_that_says_so(text):
+    source = text("unstable")
+    before = Page(source[: source.index("<h2")] + "</body></html>").body
+    assert "unstable" in before and "17" in before and "15.45" in before
+    assert "is stable" not in before
+    assert Page(source).tags["svg"] >= 6 and "40 ms" in before
+
+
+def test_without_latency_the_page_speaks_of_none(text):
+    source = text("prompt")
+    before = Page(source[: source.index("<h2")] + "</body></html>").body
+    assert "16.0 mm behind" in before and "agree in 4 of 4 cases" in before
+    assert "no latency" in Page(source).body and "∞" in Page(source).body
+
+
+def test_two_writes_give_the_same_bytes_whatever_the_hash_seed(report_of, tmp_path):
+    code = (
+        "import sys; from vsctrl import paper, write_report;"
+        "write_report(paper.sliding(), sys.argv[1])"
+    )
+    environment = os.environ | {"PYTHONHASHSEED": "4711", "TZ": "Asia/Tokyo", "LC_ALL": "C"}
+    subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", code, str(tmp_path / "again")],
+        env=environment,
+        check=True,
+        timeout=120,
+        capture_output=True,
+    )
+    for file in ("index.html", "report.json"):
+        assert (tmp_path / "again" / file).read_bytes() == (report_of("slide") / file).read_bytes()

@@ -1,0 +1,320 @@
+"""The command line: what it prints where, its exit codes, and what it leaves behind."""
+
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+from scipy.special import lambertw
+
+from vsctrl import __version__, paper
+from vsctrl.cli import main
+from vsctrl.servo import Scenario
+
+VSCTRL = Path(sys.executable).with_name("vsctrl")
+HEAVY = ("sympy", "control", "matplotlib", "scipy", "numpy", "pydantic")
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty current directory."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def call(*arguments):
+    # click before 8.2 mixes stderr into stdout unless told not to.
+    old = tuple(int(n) for n in _version("click").split(".")[:2]) < (8, 2)
+    runner = CliRunner(mix_stderr=False) if old else CliRunner()
+    return runner.invoke(main, [str(a) for a in arguments])
+
+
+def _version(package):
+    from importlib.metadata import version
+
+    return version(package)
+
+
+def shell(*arguments, cwd, **environment):
+    return subprocess.run(
+        [VSCTRL, *map(str, arguments)],
+        cwd=cwd,
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=120,
+    )
+
+
+def assert_sentence(result, *patterns):
+    """Exit code 2 and one sentence on stderr that names the field and the remedy."""
+    assert result.exit_code == 2, (result.exit_code, result.stderr, result.exception)
+    assert isinstance(result.exception, SystemExit)
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    lines = result.stderr.strip().splitlines()
+    assert len(lines) == 1 and lines[0].startswith("vsctrl: ") and lines[0].endswith("."), lines
+    for pattern in patterns:
+        assert re.search(pattern, lines[0]), lines[0]
+
+
+# Light commands --------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["--version"], ["report", "--help"], ["loop", "-h"]]
+)
+def test_help_loads_nothing_heavy(arguments, tmp_path):
+    code = (
+        "import sys\n"
+        "from vsctrl.cli import main\n"
+        f"try:\n    main({arguments!r}, prog_name='vsctrl')\n"
+        "except SystemExit as end:\n    assert not end.code\n"
+        f"print([name for name in {HEAVY!r} if name in sys.modules], file=sys.stderr)\n"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, timeout=60
+    )
+    assert found.returncode == 0 and found.stderr.strip() == "[]"
+    assert found.stdout
+
+
+def test_the_installed_command_knows_its_version_and_its_commands(tmp_path):
+    assert shell("--version", cwd=tmp_path).stdout.split() == ["vsctrl", __version__]
+    found = shell("--help", cwd=tmp_path)
+    assert found.returncode == 0 and found.stderr == ""
+    for command in ("report", "loop", "scenario"):
+        assert command in found.stdout
+    assert not list(tmp_path.iterdir())
+
+
+def test_every_command_and_option_has_help():
+    for command in main.commands.values():
+        assert command.get_short_help_str()
+        for parameter in command.params:
+            if isinstance(parameter, click.Option) and parameter.name != "help":
+                assert parameter.help, f"{command.name} {parameter.name}"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["frobnicate"], ["report", "a.toml", "b.toml"], ["report", "--nonsense"], ["loop"]],
+)
+def test_wrong_usage_is_exit_code_2(here, arguments):
+    result = call(*arguments)
+    assert result.exit_code == 2 and "Usage" in result.stderr and result.stdout == ""
+    assert not list(here.iterdir())
+
+
+# scenario --------------------------------------------------------------------------------------
+@pytest.mark.parametrize("arguments", [[], ["sliding"]])
+def test_a_printed_scenario_loads_again(here, arguments):
+    result = call("scenario", *arguments)
+    assert result.exit_code == 0 and result.stderr == ""
+    assert Scenario.from_toml(result.stdout) == paper.sliding()
+
+
+@pytest.mark.parametrize("name", ["slidin", "../etc/passwd", ""])
+def test_an_unknown_scenario_lists_the_known_ones(name):
+    assert_sentence(call("scenario", name), "scenario: ", "sliding")
+
+
+# loop ------------------------------------------------------------------------------------------
+def test_the_loop_in_words():
+    result = call("loop", "--gain", "2.5", "--delay", "0.08", "--period", "0.04")
+    assert result.exit_code == 0 and result.stderr == ""
+    for words in ("stable", "7.854", "78.54°", "548.3 ms", "19.63", "15.45", "4.598", "3.704"):
+        assert words in result.stdout
+    assert "UNSTABLE" not in result.stdout and "+80 mm" in result.stdout
+    assert "−400 mm" in call("loop", "--gain", 2.5, "--delay", 0, "--no-feedforward").stdout
+
+
+@pytest.mark.parametrize(("feed", "k"), [("--feedforward", 1.0), ("--no-feedforward", 0.0)])
+def test_the_loop_in_json(feed, k):
+    result = call(
+        "loop", "--gain", 4, "--delay", 0.08, "--period", 0.04, "--ratio", 1.25, feed, "--json"
+    )
+    found = json.loads(result.stdout)
+    x = 4 * 1.25 * 0.08
+    assert found["gain_margin"] == pytest.approx(math.pi / (2 * x), rel=1e-9)
+    assert found["phase_margin_rad"] == pytest.approx(math.pi / 2 - x, rel=1e-9)
+    assert found["delay_margin_s"] == pytest.approx(math.pi / 10 - 0.08, rel=1e-9)
+    assert found["limit_continuous"] == pytest.approx(math.pi / 0.2, rel=1e-12)
+    assert found["limit_sampled"] == pytest.approx(40 * math.sin(math.pi / 10), rel=1e-12)
+    assert found["fastest_continuous"] == pytest.approx(10 / math.e, rel=1e-12)
+    assert found["fastest_sampled"] == pytest.approx(80 / 27, rel=1e-12)
+    assert complex(*found["roots"][0]).real == pytest.approx(lambertw(-x).real / 0.08, rel=1e-9)
+    historic = -(1 - 1.25 * k) / 5.0
+    assert found["error_per_speed"]["measurement"] == pytest.approx(historic + 0.08, rel=1e-9)
+    assert found["error_per_speed"]["aligned"] == pytest.approx(historic, rel=1e-9)
+
+
+def test_an_unstable_loop_is_an_answer_and_no_error():
+    result = call("loop", "--gain", "17", "--delay", "0.08", "--period", "0.04")
+    assert result.exit_code == 0 and "sampled: UNSTABLE" in result.stdout
+    result = call("loop", "--gain", "25", "--delay", "0.08")
+    assert result.exit_code == 0 and "UNSTABLE" in result.stdout and "0.7854" in result.stdout
+
+
+@pytest.mark.parametrize("option", ["--gain", "--delay", "--period", "--ratio"])
+@pytest.mark.parametrize("value", ["-1", "nan", "inf", "-inf", "fast"])
+def test_a_loop_of_bad_values_is_refused(option, value):
+    given = {"--gain": "2.5", "--delay": "0.08"} | {option: value}
+    result = call("loop", *(f"{name}={number}" for name, number in given.items()))
+    assert result.exit_code == 2 and result.stdout == "" and "Traceback" not in result.stderr
+    if value != "fast":  # that one click refuses by itself, with the option's name
+        names = {"--gain": "gain", "--delay": "tau|delay", "--period": "period", "--ratio": "ratio"}
+        assert_sentence(result, names[option], re.escape(str(float(value))), "give")
+    else:
+        assert option in result.stderr
+
+
+def test_a_loop_with_a_delay_between_samples_is_refused():
+    result = call("loop", "--gain", "2.5", "--delay", "0.05", "--period", "0.04")
+    assert_sentence(result, r"(tau|delay) = 0\.05", r"1\.25 periods", "whole number")
+
+
+@pytest.mark.parametrize("option", ["--gain", "--period", "--ratio"])
+def test_zero_is_refused_where_it_makes_no_sense(option):
+    result = call("loop", "--gain=2.5", "--delay=0.08", f"{option}=0")
+    assert_sentence(result, option[2:], "above 0")
+
+
+# report ----------------------------------------------------------------------------------------
+def test_the_report_of_the_paper_s_slide(tmp_path):
+    """The main job as a user types it: summary on stdout, progress on stderr, two files."""
+    found = shell("report", cwd=tmp_path, PYTHONWARNINGS="ignore")
+    assert found.returncode == 0, found.stderr
+    assert sorted(p.name for p in (tmp_path / "report").iterdir()) == ["index.html", "report.json"]
+    assert [p.name for p in tmp_path.iterdir()] == ["report"]
+    for words in ("−16.000", "−12.800", "+3.200", "3.2 mm ahead", "12.8 mm behind", "agree"):
+        assert words in found.stdout
+    assert "report/index.html" in found.stdout and "DISAGREE" not in found.stdout
+    for step in ("margins", "tracking", "six-degree", "page"):
+        assert step in found.stderr and "/4" in found.stderr
+    assert "/4" not in found.stdout and "Traceback" not in found.stderr
+    assert "Made by <code>vsctrl report</code>" in (tmp_path / "report/index.html").read_text(
+        encoding="utf-8"
+    )
+
+
+def test_the_report_of_a_file_into_a_folder_again_and_as_json(here):
+    text = call("scenario").stdout.replace("latency = 0.08", "latency = 0.0")
+    Path("mine.toml").write_text(text.replace('"sliding"', '"mine"'), encoding="utf-8")
+    result = call("report", "mine.toml", "--out", "deep/er")
+    assert result.exit_code == 0, result.stderr
+    assert "16.0 mm behind" in result.stdout and "/4" not in result.stdout and result.stderr
+    page = Path("deep/er/index.html").read_text(encoding="utf-8")
+    assert "vsctrl report mine.toml" in page and "mine: how far behind" in page
+    before = Path("deep/er/report.json").read_text(encoding="utf-8")
+    again = call("report", "mine.toml", "--out", "deep/er", "--json")
+    assert again.exit_code == 0 and again.stdout == before
+    assert json.loads(again.stdout)["scenario"]["name"] == "mine"
+    assert Path("deep/er/index.html").read_text(encoding="utf-8") == page
+    assert sorted(p.name for p in here.rglob("*") if p.is_file()) == [
+        "index.html",
+        "mine.toml",
+        "report.json",
+    ]
+
+
+def test_the_schema_is_printed_without_a_report(here):
+    found = json.loads(call("report", "--schema").stdout)
+    assert {"schema", "version", "scenario", "margins", "limits", "tracking"} <= set(
+        found["properties"]
+    )
+    assert not list(here.iterdir())
+
+
+BAD = {
+    "unknown key": (("lam = 2.5", "lamda = 2.5"), "law.lamda", "lam"),
+    "unknown table": (("[vision]", "[camcorder]\nx = 1\n[vision]"), "camcorder", "camera"),
+    "missing key": (("lam = 2.5", ""), "law.lam", "missing; give"),
+    "wrong type": (("lam = 2.5", 'lam = "2.5"'), "law.lam", "'2.5'.*without quotes"),
+    "text as vector": (("V = [0.04, 0.0, 0.0]", 'V = "x"'), "motion.V", "3 numbers"),
+    "short vector": (("V = [0.04, 0.0, 0.0]", "V = [0.04]"), "motion.V", "give 3 numbers"),
+    "negative gain": (("lam = 2.5", "lam = -2.5"), "law.lam", "-2.5.*above 0"),
+    "zero gain": (("lam = 2.5", "lam = 0"), "law.lam", "above 0"),
+    "negative period": (("period = 0.04", "period = -0.04"), "vision.period", "-0.04.*above 0"),
+    "negative latency": (("latency = 0.08", "latency = -0.08"), "vision.latency", "0 or more"),
+    "nan": (("lam = 2.5", "lam = nan"), "law.lam", "nan.*finite"),
+    "infinity": (("latency = 0.08", "latency = inf"), "vision.latency", "inf.*finite"),
+    "infinite duration": (("duration = 9.0", "duration = -inf"), "motion.duration", "finite"),
+    "fraction of frames": (("latency = 0.08", "latency = 0.05"), "vision.latency", "choose 0.04"),
+    "printed start": (("-0.77]", "-0.077]"), "start.position", "behind the camera.*-0.77 m"),
+    "unknown choice": (('"measurement"', '"measurment"'), "law.placement", "did you mean"),
+    "no motion": (("V = [0.04, 0.0, 0.0]", "V = [0, 0, 0]"), "motion.V", "give motion.V"),
+}
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_a_bad_scenario_is_one_sentence_and_leaves_nothing(here, kind):
+    (old, new), field, remedy = BAD[kind]
+    text = paper.sliding().to_toml()
+    assert text.count(old) == 1
+    Path("bad.toml").write_text(text.replace(old, new), encoding="utf-8")
+    result = call("report", "bad.toml", "--out", "out/here")
+    assert result.exit_code == 2 and result.stdout == ""
+    assert "Traceback" not in result.stderr
+    said = result.stderr[result.stderr.index("vsctrl: ") :]
+    assert len(said.strip().splitlines()) == 1 and said.strip().endswith(".")
+    assert field in said and re.search(remedy, said), said
+    assert [p.name for p in here.iterdir()] == ["bad.toml"]
+
+
+def test_a_bad_file_names_itself(here):
+    assert_sentence(call("report", "none.toml"), r"none\.toml: there is no such file; check")
+    Path("broken.toml").write_text("lam = = 2\n")
+    assert_sentence(call("report", "broken.toml"), r"broken\.toml: TOML: .*line 1", "correct it")
+    Path("bytes.toml").write_bytes(b'name = "\xff"\n')
+    assert_sentence(call("report", "bytes.toml"), r"bytes\.toml: .*UTF-8")
+    Path("dir.toml").mkdir()
+    assert_sentence(call("report", "dir.toml"), r"dir\.toml: .*directory; name a TOML file")
+    Path("empty.toml").write_text("")
+    result = call("report", "empty.toml")
+    assert result.exit_code == 2 and "missing; give" in result.stderr and result.stdout == ""
+    assert "report" not in [p.name for p in here.iterdir()]
+
+
+def test_all_problems_of_a_file_are_told_at_once(here):
+    text = paper.sliding().to_toml().replace("lam = 2.5", "lam = -1")
+    Path("bad.toml").write_text(text.replace("Fx = 700.0", "Fx = 0"), encoding="utf-8")
+    result = call("report", "bad.toml")
+    assert result.exit_code == 2
+    assert "law.lam: -1" in result.stderr and "camera.Fx: 0" in result.stderr
+
+
+def test_an_output_that_cannot_be_written_is_one_sentence(here):
+    Path("file").write_text("keep")
+    assert_sentence(call("report", "--out", "file"), "out: file is a file", "name another")
+    assert_sentence(call("report", "--out", "file/x"), "out: ", "name another")
+    assert_sentence(call("report", "--out", "/proc/vsctrl/x"), "out: ", "name another")
+    assert_sentence(call("report", "--out", "y" * 300), "out: ", "name another")
+    assert [p.name for p in here.iterdir()] == ["file"] and Path("file").read_text() == "keep"
+
+
+@pytest.mark.parametrize("name", ["index.html", "report.json"])
+def test_a_foreign_file_in_the_output_folder_is_left_alone(here, name):
+    Path("report").mkdir()
+    Path("report", name).write_text("mine")
+    assert_sentence(call("report"), f"out: report/{name}", "no report of vsctrl", "move it away")
+    assert [p.name for p in Path("report").iterdir()] == [name]
+    assert Path("report", name).read_text() == "mine"
+
+
+def test_a_computation_that_would_not_end_is_exit_code_1_and_a_sentence(monkeypatch):
+    from vsctrl.errors import LimitError
+
+    def never(name):
+        raise LimitError("margins: too many turns; shorten the delay.")
+
+    monkeypatch.setattr(paper, "preset", never)
+    result = call("scenario")
+    assert result.exit_code == 1 and result.stderr == (
+        "vsctrl: margins: too many turns; shorten the delay.\n"
+    )
