@@ -20,7 +20,7 @@ HEAVY = ["sympy", "control", "matplotlib", "scipy", "numpy", "pydantic", "jinja2
 def loaded_after(code: str) -> set[str]:
     """Which heavy packages a fresh interpreter has loaded after some code."""
     report = (
-        f"import sys; print(*[m for m in {HEAVY + ['matplotlib.pyplot']!r} if m in sys.modules])"
+        f"import sys; print(*[m for m in {[*HEAVY, 'matplotlib.pyplot']!r} if m in sys.modules])"
     )
     found = subprocess.run(
         [sys.executable, "-c", f"{code}\n{report}"],

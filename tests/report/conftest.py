@@ -39,7 +39,7 @@ def report_of(tmp_path_factory) -> Callable[[str], Path]:
             return out
         outcome = "failed"
         try:
-            write_report(SCENARIOS[name](), out)
+            write_report(SCENARIOS[name](), out, command="vsctrl report")
             outcome = "written"
         finally:
             done.write_text(outcome)

@@ -7,6 +7,7 @@ import sys
 from collections import Counter
 from html import unescape
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 
@@ -153,7 +154,7 @@ def test_the_footer_tells_where_the_page_comes_from(text):
     source = text("slide")
     footer = source[source.index("<footer") :]
     assert paper.sliding().digest in footer and "seed 0" in footer
-    assert f"vsctrl {__version__}" in footer and "vsctrl.write_report" in footer
+    assert f"vsctrl {__version__}" in footer and "<code>vsctrl report</code>" in footer
     for package in ("Python", "numpy", "scipy", "sympy", "control", "matplotlib"):
         assert re.search(rf"{package} \d+\.\d+", footer)
     assert "report.json" in footer
@@ -190,18 +191,26 @@ def test_without_latency_the_page_speaks_of_none(text):
     assert "no latency" in Page(source).body and "∞" in Page(source).body
 
 
-def test_two_writes_give_the_same_bytes_whatever_the_hash_seed(report_of, tmp_path):
-    code = (
-        "import sys; from vsctrl import paper, write_report;"
-        "write_report(paper.sliding(), sys.argv[1])"
-    )
-    environment = os.environ | {"PYTHONHASHSEED": "4711", "TZ": "Asia/Tokyo", "LC_ALL": "C"}
-    subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", code, str(tmp_path / "again")],
-        env=environment,
-        check=True,
-        timeout=120,
+def test_the_main_job_as_typed_prints_a_summary_and_the_same_bytes_again(report_of, tmp_path):
+    """`vsctrl report` in another process, hash seed, time zone and locale."""
+    strange = {"PYTHONHASHSEED": "4711", "TZ": "Asia/Tokyo", "LC_ALL": "C.UTF-8"}
+    found = subprocess.run(
+        [Path(sys.executable).with_name("vsctrl"), "report"],
+        env=os.environ | strange | {"PYTHONWARNINGS": "ignore"},
+        cwd=tmp_path,
         capture_output=True,
+        encoding="utf-8",
+        timeout=120,
     )
+    assert found.returncode == 0, found.stderr
+    assert [p.name for p in tmp_path.iterdir()] == ["report"]
+    assert sorted(p.name for p in (tmp_path / "report").iterdir()) == ["index.html", "report.json"]
     for file in ("index.html", "report.json"):
-        assert (tmp_path / "again" / file).read_bytes() == (report_of("slide") / file).read_bytes()
+        assert (tmp_path / "report" / file).read_bytes() == (report_of("slide") / file).read_bytes()
+    # The summary goes to stdout, progress to stderr and nowhere else.
+    for words in ("−16.000", "−12.800", "+3.200", "3.2 mm ahead", "12.8 mm behind", "agree"):
+        assert words in found.stdout
+    assert "report/index.html" in found.stdout and "DISAGREE" not in found.stdout
+    assert "/4" not in found.stdout and "Traceback" not in found.stderr
+    for step in ("margins", "tracking", "six-degree", "page"):
+        assert step in found.stderr

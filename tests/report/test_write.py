@@ -211,11 +211,10 @@ def test_a_failure_midway_leaves_an_older_report_alone(quick, older, monkeypatch
     assert contents(older) == before
 
 
-def test_bad_scenarios_leave_nothing_for_real(tmp_path):
-    for bad in (paper.sliding(latency=0.05), paper.sliding().with_(V=(0.0, 0.0, 0.0))):
-        with pytest.raises(InputError, match=r"^(vision\.latency|motion\.V): "):
-            write_report(bad, tmp_path / "a" / "b")
-        assert contents(tmp_path) == {}
+def test_a_bad_scenario_leaves_nothing_for_real(tmp_path):
+    with pytest.raises(InputError, match=r"^vision\.latency: "):
+        write_report(paper.sliding(latency=0.05), tmp_path / "a" / "b")
+    assert contents(tmp_path) == {}
 
 
 def test_a_stranger_s_file_in_a_new_folder_neither_dies_nor_hides_the_error(quick, tmp_path):
@@ -235,15 +234,16 @@ def test_a_disk_that_fills_up_leaves_both_files_or_neither(
 ):
     before = contents(tmp_path)
     calls = []
-    real = Path.replace
+    real = os.replace  # which Path.replace calls
 
-    def replace(self, target):
+    def replace(source, target, **named):
         calls.append(target)
         if len(calls) == call:
             fail_with(errno.ENOSPC)()
-        return real(self, target)
+        return real(source, target, **named)
 
-    monkeypatch.setattr(Path, "replace", replace)
+    monkeypatch.setattr(os, "replace", replace)
+    monkeypatch.setattr(os, "rename", replace)
     with pytest.raises(InputError, match=r"^out: .*cannot be written"):
         write_report(paper.sliding(), tmp_path / where)
     assert contents(tmp_path) == before

@@ -85,10 +85,9 @@ def test_the_formula_of_each_row_has_its_value(slide):
 
 def test_a_depth_error_is_kappa():
     assert_all_agree(validate(paper.sliding().with_(depth_ratio=1.2)), kappa=1.2)
-
-
-def test_a_feedforward_gain_between_none_and_all_is_the_on_case():
-    assert_all_agree(validate(paper.sliding().with_(k_ff=0.8)), on=0.8)
+    # … and a feed-forward gain between none and all is the "on" case.
+    some = paper.sliding(latency=0.0).with_(depth_ratio=0.7, k_ff=0.8)
+    assert_all_agree(validate(some), kappa=0.7, on=0.8)
 
 
 def test_another_gain_with_start_offset_noise_and_the_motion_reversed():

@@ -1,0 +1,146 @@
+"""Gain limits of figure 1 in closed form, derived from the diagram, continuous and sampled.
+
+Stability ends where the opened loop passes −1; oscillation begins where two real roots meet.
+"""
+
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import sympy as sp
+
+from vsctrl.errors import InputError
+from vsctrl.loop import values as check
+from vsctrl.loop.figure1 import figure1
+from vsctrl.symbols import T_s, d, ell, ell_hat, kappa, lam, omega, s, tau
+from vsctrl.symbols import z_plane as z
+
+
+def per_sample(gain: float, period: float) -> float:
+    """The gain λ in s⁻¹ of a gain given per video sample, λ = gain/Tₛ (`period` in s)."""
+    for name, value in (("gain", gain), ("period", period)):
+        check.positive(f"per_sample: {name}", value)
+    return gain / period
+
+
+def gain_limit(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.Expr | float:
+    """The gain λ (s⁻¹) at which figure 1 begins to oscillate without end.
+
+    λ_max = π/(2κτ) in continuous time; with the velocity held over `period` Tₛ and τ = d Tₛ,
+    λ_max = 2 sin(π/(2(2d + 1)))/(κTₛ), which is less. `tau` and `period` in s, symbols or numbers;
+    numbers in, a float out (κ = 1 then), infinity for τ = 0 in continuous time. Errors:
+    `InputError` for a negative delay, a period or κ not above 0, or a delay that is no whole
+    number of periods.
+    """
+    return _value(_continuous_limit, lambda samples: _sampled_limit(), tau, period, kappa)
+
+
+def fastest_gain(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.Expr | float:
+    """The largest gain λ (s⁻¹) whose dominant mode does not oscillate: a double real root.
+
+    λ = 1/(eκτ) in continuous time, κλTₛ = dᵈ/(d + 1)ᵈ⁺¹ sampled. Arguments as for `gain_limit`.
+    """
+    return _value(_continuous_double_root, _sampled_double_root, tau, period, kappa)
+
+
+_TAU, _KAPPA = tau, kappa
+
+
+def _value(
+    continuous: Callable[[], sp.Expr],
+    sampled: Callable[[Any], sp.Expr],
+    late: Any,
+    period: Any,
+    ratio: Any,
+) -> sp.Expr | float:
+    """A closed form with numbers or symbols put in, as a float where nothing symbolic is left."""
+    symbolic = check.is_symbolic(late)
+    if period is not None and check.is_symbolic(period) != symbolic:
+        raise InputError(
+            f"tau = {late} and period = {period} do not go together; give both as numbers or both "
+            "as symbols."
+        )
+    if not symbolic:
+        late = check.delay("tau", late)
+        ratio = 1.0 if ratio is _KAPPA else ratio
+    if not check.is_symbolic(ratio):
+        ratio = check.positive("kappa", ratio)
+    if period is None:
+        if not symbolic and late == 0:
+            return math.inf
+        found = continuous().subs({_TAU: late, _KAPPA: ratio})
+    elif symbolic:
+        found = sampled(d).subs({T_s: period, _KAPPA: ratio})
+    else:
+        samples = check.whole_periods(late, check.positive("period", period))
+        found = sampled(samples).subs({T_s: period, _KAPPA: ratio})
+        found = found.evalf(subs={d: samples}) if found.has(d) else found
+    return float(found) if found.is_number and not symbolic else found
+
+
+@cache
+def _continuous_limit() -> sp.Expr:
+    """Solve |L(jω)| = 1 and arg L(jω) = −π for λ, L from the diagram opened at S_meas."""
+    loop = _loop_transfer()
+    rational = sp.simplify(loop * sp.exp(tau * s)).subs(s, sp.I * omega)
+    turned = sp.simplify(sp.arg(rational)) - omega * tau
+    at = sp.solve(sp.Eq(turned, -sp.pi), omega)[0]
+    return sp.solve(sp.Eq(sp.Abs(rational), 1), lam)[0].subs(omega, at)
+
+
+@cache
+def _sampled_limit() -> sp.Expr:
+    """The same for the pulse transfer function at z = e^{jθ}, held velocity, d samples late."""
+    pulse = _pulse_transfer()  # rational in z, without the d samples of delay
+    theta = sp.Symbol("theta", positive=True)
+    # On the circle z − 1 = 2 sin(θ/2) e^{j(θ/2 + π/2)}; SymPy checks what we then use.
+    chord = 2 * sp.sin(theta / 2)
+    turn = theta / 2 + sp.pi / 2
+    difference = sp.expand(sp.exp(sp.I * theta) - 1 - chord * sp.exp(sp.I * turn), complex=True)
+    if sp.simplify(difference) != 0:  # pragma: no cover - an identity
+        raise ArithmeticError("z − 1 on the unit circle")
+    gain = sp.simplify(pulse * (z - 1))
+    angle = sp.solve(sp.Eq(turn + d * theta, sp.pi), theta)[0]
+    return sp.solve(sp.Eq(gain / chord, 1), lam)[0].subs(theta, angle)
+
+
+@cache
+def _loop_transfer() -> sp.Expr:
+    opened = figure1.open("S_meas")
+    loop = -opened.transfer("S_meas__cut", "S_meas")
+    return loop.subs(ell, kappa * ell_hat)
+
+
+@cache
+def _pulse_transfer() -> sp.Expr:
+    """Zero-order hold in front of figure 1's plant: (z − 1)/z · Z{L⁻¹[G(s)/s]} by its samples."""
+    t, k = sp.Symbol("t", positive=True), sp.Symbol("k", integer=True, nonnegative=True)
+    plant = sp.simplify(_loop_transfer() * sp.exp(tau * s))
+    step = sp.inverse_laplace_transform(plant / s, s, t).subs(t, k * T_s)
+    samples = sp.summation(sp.expand(step) * z**-k, (k, 0, sp.oo))
+    # The first case is that of the circle |z| > 1 on which the sum converges.
+    held = sp.piecewise_fold(samples).args[0][0]
+    return sp.simplify(held * (z - 1) / z)
+
+
+@cache
+def _continuous_double_root() -> sp.Expr:
+    """p = s + κλe^{−τs} and p′ = 0 at once: λ solves p = 0, and then p′ = 0 gives s."""
+    gain = sp.solve(1 + _loop_transfer(), lam)[0]
+    at = sp.solve(sp.simplify(sp.diff(gain, s) * sp.exp(-tau * s)), s)[0]
+    return sp.simplify(gain.subs(s, at))
+
+
+def _sampled_double_root(samples: Any) -> sp.Expr:
+    """The largest λ(z) = −zᵈ/(pulse/λ) on 0 < z < 1, where dλ/dz = 0; at z = 0 without delay."""
+    if samples == 0:
+        return sp.solve(1 + _pulse_transfer().subs(z, 0), lam)[0]
+    return _sampled_late_double_root()
+
+
+@cache
+def _sampled_late_double_root() -> sp.Expr:
+    gain = sp.solve(1 + _pulse_transfer() * z**-d, lam)[0]
+    at = sp.solve(sp.simplify(sp.diff(gain, z) / z ** (d - 1)), z)[0]
+    return sp.simplify(gain.subs(z, at))

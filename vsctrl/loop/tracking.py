@@ -1,0 +1,111 @@
+"""Steady tracking errors of figure 1 in closed form, derived from the diagram.
+
+The error transfer function is analytic at s = 0, so its Taylor coefficients there, the error
+constants, are all that the final-value theorem needs.
+"""
+
+from dataclasses import fields
+from functools import cache
+from typing import Any
+
+import sympy as sp
+
+from vsctrl.diagram import Parabola, Ramp, Sine, Step
+from vsctrl.diagram.diagram import nearest
+from vsctrl.errors import InputError
+from vsctrl.loop import values as check
+from vsctrl.loop.figure1 import Placement, check_placement, diagram
+from vsctrl.symbols import ell, ell_hat, k_ff, kappa, lam, s, tau
+
+_ORDER = {Step: 0, Ramp: 1, Parabola: 2}
+_PARAMETERS = {
+    "lam": (lam, check.positive),
+    "tau": (tau, check.delay),
+    "kappa": (kappa, check.positive),
+    "k_ff": (k_ff, check.number),
+}
+
+
+def tracking_transfer(placement: Placement = "measurement") -> sp.Expr:
+    """E(s)/S*(s) of the true error E = S − S*, with κ = ℓ/ℓ̂, delays exact."""
+    check_placement(placement)
+    return _tracking_transfer(placement)
+
+
+def tracking_error(
+    signal: Step | Ramp | Parabola,
+    placement: Placement = "measurement",
+    **values: float | sp.Expr,
+) -> sp.Expr:
+    """The steady tracking error lim s·E(s) as s → 0 (final-value theorem), E = S − S*.
+
+    On a ramp of slope v it is v [τ − (1 − k_ff κ)/(κλ)] with the measurement delayed and
+    −v (1 − k_ff κ)/(κλ) otherwise: negative is behind. It holds where the loop is stable.
+    `signal` has numbers or symbols; `values` (lam in s⁻¹, tau in s, kappa, k_ff), numbers or
+    symbols, are put in first.
+    Errors: `InputError` for a signal that has no steady value, such as a sine, and for values that
+    cannot be.
+    """
+    if isinstance(signal, Sine) or not isinstance(signal, Step | Ramp | Parabola):
+        raise InputError(
+            f"tracking_error: {signal!r} has no steady error; give a Step, Ramp or Parabola "
+            "(for a sine evaluate tracking_transfer at s = jω)."
+        )
+    check_placement(placement)
+    known = _known("tracking_error", values, tuple(_PARAMETERS))
+    order = _ORDER[type(signal)]
+    size = getattr(signal, fields(signal)[0].name)
+    constants = [c.subs(known) for c in _error_constants(placement)[: order + 1]]
+    for below in constants[:-1]:
+        if below != 0:  # a lower constant makes the error grow without end
+            return sp.oo * sp.sign(below * size)
+    return constants[-1] * size
+
+
+def nulling_feedforward(placement: Placement = "measurement", **values: float | sp.Expr) -> sp.Expr:
+    """The feed-forward gain k_ff that leaves no error on a ramp, (1 − κλτ)/κ with a late image.
+
+    `values` (lam, tau, kappa) are put in; symbols stay where they are left out. Errors:
+    `InputError` for values that cannot be.
+    """
+    known = _known("nulling_feedforward", values, ("lam", "tau", "kappa"))
+    found = sp.solve(tracking_error(Ramp(1), placement), k_ff)[0]
+    return sp.factor(found).subs(known)
+
+
+@cache
+def _tracking_transfer(placement: Placement) -> sp.Expr:
+    closed = diagram(placement).transfer("S_ref", "S").subs(ell, kappa * ell_hat)
+    delay = sp.exp(-tau * s)
+    q = sp.Symbol("q", positive=True)
+    num, den = sp.fraction(sp.cancel((closed - 1).xreplace({delay: q})))
+    return sp.collect(num, s).xreplace({q: delay}) / den.xreplace({q: delay})
+
+
+@cache
+def _error_constants(placement: Placement) -> tuple[sp.Expr, ...]:
+    """e₀, e₁, e₂ of E(s)/S*(s) = e₀ + e₁ s + e₂ s² + …: steady errors of unit step, ramp, parabola.
+
+    The transfer function is analytic at 0, where its denominator is κλ.
+    """
+    transfer = tracking_transfer(placement)
+    taylor = [sp.diff(transfer, s, k).subs(s, 0) / sp.factorial(k) for k in range(3)]
+    return tuple(_latency_apart(sp.expand(sp.simplify(c))) for c in taylor)
+
+
+def _latency_apart(error: sp.Expr) -> sp.Expr:
+    """τ-terms in front and the rest as one fraction, as a reader would write it."""
+    latency = error.coeff(tau) * tau if sp.degree(error, tau) == 1 else sp.Integer(0)
+    return latency + sp.factor(error - latency)
+
+
+def _known(caller: str, values: dict[str, Any], known: tuple[str, ...]) -> dict[sp.Symbol, sp.Expr]:
+    for name, value in values.items():
+        if name not in known:
+            raise InputError(
+                f"{caller}: there is no value {name!r}{nearest(name, known)}; "
+                f"give some of {', '.join(known)}."
+            )
+        if not check.is_symbolic(value):
+            _PARAMETERS[name][1](name, value)
+    return {_PARAMETERS[name][0]: sp.S(value) for name, value in values.items()}
