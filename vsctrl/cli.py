@@ -41,9 +41,11 @@ class _Progress:
         from tqdm import tqdm
 
         if self._bar is None:
-            self._bar = tqdm(total=STEPS, file=sys.stderr, bar_format="{n_fmt}/{total_fmt} {desc}")
-        self._bar.set_description_str(name, refresh=False)
-        self._bar.update()
+            form = "{n_fmt}/{total_fmt} {desc}"
+            self._bar = tqdm(total=STEPS, initial=1, desc=name, file=sys.stderr, bar_format=form)
+        else:
+            self._bar.n += 1
+            self._bar.set_description_str(name)
 
     def __enter__(self) -> _Progress:
         return self

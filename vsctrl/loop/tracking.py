@@ -108,4 +108,11 @@ def _known(caller: str, values: dict[str, Any], known: tuple[str, ...]) -> dict[
             )
         if not check.is_symbolic(value):
             _PARAMETERS[name][1](name, value)
-    return {_PARAMETERS[name][0]: sp.S(value) for name, value in values.items()}
+    return {_PARAMETERS[name][0]: _exact(value) for name, value in values.items()}
+
+
+def _exact(value: Any) -> sp.Expr:
+    """An expression as it is, a whole number as such (0 and 1 simplify), any other as a float."""
+    if isinstance(value, sp.Expr):
+        return value
+    return sp.Integer(int(value)) if float(value).is_integer() else sp.Float(float(value))

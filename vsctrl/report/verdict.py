@@ -10,6 +10,8 @@ import numpy as np
 
 from vsctrl.study import Examination, Row
 
+EXACT = 1e-12  #: a lag (m) that is nothing but rounding
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -43,9 +45,9 @@ def _unstable(found: Examination) -> str:
         f"that {1e3 * found.scenario.vision.latency:g} ms of latency allow when the velocity is "
         f"held over {1e3 * period:g} ms"
     )
-    if law.lam < limits.continuous:
+    if law.lam < limits.continuous < math.inf:
         text += f" (continuous-time theory would still allow {limits.continuous:.2f} s⁻¹)"
-    return text + f". Lower λ; {limits.fastest_sampled:.2f} s⁻¹ is the fastest without oscillation."
+    return text + f". Lower λ: {limits.fastest_sampled:.2f} s⁻¹ is the fastest without oscillation."
 
 
 def _tracking(found: Examination) -> list[str]:
@@ -58,23 +60,27 @@ def _tracking(found: Examination) -> list[str]:
         for on in (False, True)
         for late in (0.0, latency)
     }
-    ideal = (
-        f"Without the derivative term the camera {_position(rows[False, 0.0])} its reference, "
-        f"with it {_short(rows[True, 0.0])}"
+    ideal, late = (rows[False, 0.0], rows[True, 0.0]), (rows[False, latency], rows[True, latency])
+    if any(row.simulated is None for row in ideal):
+        return []
+    without_latency = (
+        f"Without the derivative term the camera {_position(ideal[0])} its reference, "
+        f"with it {_short(ideal[1])}"
     )
     if not latency:
-        return [ideal + "."]
-    if rows[False, latency].simulated is None:
+        return [without_latency + "."]
+    if any(row.simulated is None for row in late):
         return [
-            ideal + f", if the image were not late; {1e3 * latency:g} ms late it has no answer."
+            f"{without_latency}, if the image were not late; "
+            f"{1e3 * latency:g} ms late the camera does not settle."
         ]
     out = [
         f"With an image {1e3 * latency:g} ms old and without the derivative term, the camera "
-        f"{_position(rows[False, latency])} its reference; with the derivative term it "
-        f"{_position(rows[True, latency])} it. Without the latency it would be "
-        f"{_short(rows[False, 0.0])} and {_short(rows[True, 0.0])}."
+        f"{_position(late[0])} its reference; with the derivative term it "
+        f"{_position(late[1])} it. Without the latency it would be "
+        f"{_short(ideal[0])} and {_short(ideal[1])}."
     ]
-    lead = rows[True, latency].analytic or 0.0
+    lead = late[1].analytic or 0.0
     run = found.with_feedforward
     if abs(lead) > 1e-5 and run.status.ok and placement == "measurement":
         true, seen = (float(np.linalg.norm(e[-1])) for e in (run.error, run.measured_error))
@@ -99,7 +105,16 @@ def _agreement(found: Examination) -> str:
     if found.comparison.agrees:
         return f"{four} agree in {len(compared)} of {len(rows)} cases, to {size}."
     bad = sum(not row.agrees for row in compared)
-    return f"{four} disagree in {bad} of {len(compared)} cases, by up to {size}: see the table."
+    text = f"{four} disagree in {bad} of {len(compared)} cases"
+    if any(row.contradicted for row in rows):
+        return text + ": a simulation ran away where the loop should be stable. See the table."
+    text += f", by up to {size}"
+    if not found.comparison.exact_motion:
+        text += (
+            ". This motion turns or changes depth, for which the loop of figure 1 is only the "
+            "first order: small differences are curvature"
+        )
+    return text + ". See the table."
 
 
 def _headroom(found: Examination) -> str:
@@ -118,14 +133,19 @@ def _headroom(found: Examination) -> str:
 
 
 def _position(row: Row) -> str:
-    value = 1e3 * (row.analytic or 0.0)
-    if abs(value) < 5e-3:
+    value = row.analytic or 0.0
+    if abs(value) < EXACT:
         return "is exactly on"
-    return f"trails {-value:.1f} mm behind" if value < 0 else f"runs {value:.1f} mm ahead of"
+    return f"trails {_size(value)} behind" if value < 0 else f"runs {_size(value)} ahead of"
 
 
 def _short(row: Row) -> str:
-    value = 1e3 * (row.analytic or 0.0)
-    if abs(value) < 5e-3:
+    value = row.analytic or 0.0
+    if abs(value) < EXACT:
         return "exactly on it"
-    return f"{abs(value):.1f} mm {'behind' if value < 0 else 'ahead'}"
+    return f"{_size(value)} {'behind' if value < 0 else 'ahead'}"
+
+
+def _size(value: float) -> str:
+    """A length in tenths of a millimetre, in µm where that says too little."""
+    return f"{abs(1e3 * value):.1f} mm" if abs(value) >= 1e-3 else f"{abs(1e6 * value):.3g} µm"

@@ -6,6 +6,7 @@ so that bad input or a full disk leaves nothing half-written behind.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import tempfile
@@ -56,18 +57,17 @@ def write_report(
         texts = {PAGE: page(found, said, command), DATA: report_data(found, said).text()}
         _write(folder, texts)
     except BaseException:
-        for path in made:
-            path.rmdir()
+        _remove(made)
         raise
     return Report(folder / PAGE, folder / DATA, found, said.sentences)
 
 
 def _prepare(folder: Path) -> list[Path]:
     """Make the folder and look at what is in it; the folders made, innermost first."""
-    missing = [path for path in (folder, *folder.parents) if not path.exists()]
     made: list[Path] = []
     try:
-        if folder.exists() and not folder.is_dir():
+        missing = [path for path in (folder, *folder.parents) if not path.exists()]
+        if not missing and not folder.is_dir():
             raise InputError(f"out: {folder} is a file, not a folder; name another with --out.")
         for path in reversed(missing):
             path.mkdir()
@@ -75,8 +75,7 @@ def _prepare(folder: Path) -> list[Path]:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        for path in made:
-            path.rmdir()
+        _remove(made)
         raise InputError(
             f"out: the folder {folder} cannot be written to ({error.strerror}); "
             "name another with --out."
@@ -108,23 +107,46 @@ def _is_our_data(path: Path) -> bool:
     return isinstance(found, dict) and str(found.get("schema", "")).startswith(f"{kind}/")
 
 
+def _remove(made: list[Path]) -> None:
+    """Take back the folders that were made, unless somebody has put something into them."""
+    with contextlib.suppress(OSError):
+        for path in made:
+            path.rmdir()
+
+
 def _write(folder: Path, texts: dict[str, str]) -> None:
-    """Write every file under a temporary name, then rename them all."""
-    waiting: list[tuple[Path, Path]] = []
+    """Write every file under a temporary name, then rename them all, or put back what was there."""
+    waiting: dict[Path, Path] = {}
+    kept: dict[Path, Path | None] = {}
     try:
         for name, text in texts.items():
-            handle, temporary = tempfile.mkstemp(dir=folder, prefix=f".{name}-")
-            waiting.append((Path(temporary), folder / name))
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                file.write(text)
-            Path(temporary).chmod(0o644)
-        for temporary_path, path in waiting:
-            temporary_path.replace(path)
+            waiting[folder / name] = _temporary(folder, name, text.encode())
+        for path, temporary in waiting.items():
+            kept[path] = _temporary(folder, path.name, path.read_bytes()) if path.exists() else None
+            temporary.replace(path)
     except OSError as error:
+        for path, older in kept.items():
+            with contextlib.suppress(OSError):
+                older.replace(path) if older else path.unlink(missing_ok=True)
         raise InputError(
             f"out: the report cannot be written to {folder} ({error.strerror}); free some space "
             "or name another folder with --out."
         ) from None
     finally:
-        for temporary_path, _ in waiting:
-            temporary_path.unlink(missing_ok=True)
+        for left in (*waiting.values(), *kept.values()):
+            if left is not None:
+                with contextlib.suppress(OSError):
+                    left.unlink(missing_ok=True)
+
+
+def _temporary(folder: Path, name: str, content: bytes) -> Path:
+    """A new file beside the one it will become, readable like any other."""
+    handle, path = tempfile.mkstemp(dir=folder, prefix=f".{name}-")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        Path(path).chmod(0o644)
+    except OSError:
+        Path(path).unlink()
+        raise
+    return Path(path)

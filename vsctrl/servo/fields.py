@@ -55,10 +55,10 @@ def show(value: object) -> str:
 
 
 def nearest(name: str, known: Collection[str]) -> str:
-    """``; did you mean "lam"?`` when a known name is close, else nothing."""
+    """`` (did you mean "lam"?)`` when a known name is close, else nothing."""
     folded = {candidate.casefold(): candidate for candidate in known}
     close = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.5)
-    return f'; did you mean "{folded[close[0]]}"?' if close else ""
+    return f' (did you mean "{folded[close[0]]}"?)' if close else ""
 
 
 def number(value: object) -> float:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 PADE_ORDER = 4
 RELATIVE = 0.01  #: agreement asked of all ways, as a share of the closed form …
 ABSOLUTE = 10e-6  #: … or in metres, where the closed form is (nearly) zero
-MOST_FRAMES = 20_000  #: the longest run that waiting for the end of a transient may cost
+MOST_FRAMES = 10_000  #: the longest run that waiting for the end of a transient may cost
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,7 @@ class Row:
     """One case: the steady lag along the motion in m, negative = behind, by each way.
 
     `None` where a way has no answer; `note` then says why. `formula` is the closed form.
+    A simulation that runs away where the loop should be stable is a disagreement.
     """
 
     case: str
@@ -50,13 +51,16 @@ class Row:
     exact: float | None
     simulated: float | None
     note: str = ""
+    contradicted: bool = False  #: the simulation failed where theory promises a steady lag
 
     @property
     def disagreement(self) -> float | None:
         """The largest difference between any two of the four ways, m."""
         values = [self.analytic, self.pade, self.exact, self.simulated]
         known = [value for value in values if value is not None]
-        return max(known) - min(known) if len(known) == len(values) else None
+        if len(known) < len(values):
+            return None
+        return max(known) - min(known) if np.isfinite(known).all() else math.inf
 
     @property
     def tolerance(self) -> float:
@@ -65,7 +69,9 @@ class Row:
 
     @property
     def agrees(self) -> bool | None:
-        """Whether all four ways agree; None where one of them has no answer."""
+        """Whether all four ways agree; None where one of them has no answer to give."""
+        if self.contradicted:
+            return False
         return None if self.disagreement is None else self.disagreement <= self.tolerance
 
 
@@ -81,6 +87,12 @@ class Comparison:
         """True or False over the cases that can be compared; None where none can."""
         known = [row.agrees for row in self.rows if row.agrees is not None]
         return all(known) if known else None
+
+    @property
+    def exact_motion(self) -> bool:
+        """Whether figure 1 describes this motion exactly: no turning, no change of depth."""
+        motion = self.scenario.motion
+        return not any(motion.Omega) and motion.V[2] == 0
 
     @property
     def largest_disagreement(self) -> float | None:
@@ -109,7 +121,7 @@ class Comparison:
         for row in self.rows:
             values = (row.analytic, row.pade, row.exact, row.simulated)
             numbers = "".join(f"{millimetres(value):>12}" for value in values)
-            mark = {True: "  agree", False: "  DISAGREE", None: f"  {row.note}"}[row.agrees]
+            mark = {True: "  agree", False: "  DISAGREE ", None: "  "}[row.agrees] + row.note
             lines.append(f"{row.case:44}{numbers}{mark}")
         return "\n".join(lines)
 
@@ -118,7 +130,7 @@ class Comparison:
         body = "<tr>" + "".join(f"<th>{title}</th>" for title in titles) + "</tr>"
         for row in self.rows:
             values = (row.analytic, row.pade, row.exact, row.simulated)
-            mark = {True: "agree", False: "disagree", None: row.note}[row.agrees]
+            mark = {True: "agree", False: "disagree ", None: ""}[row.agrees] + row.note
             cells = [row.case, *(millimetres(value) for value in values), mark]
             body += "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
         return f"<table><caption>steady lag along the motion, mm</caption>{body}</table>"
@@ -175,7 +187,7 @@ def _row(scenario: Scenario, k_ff: float, delay: float, placement: Any) -> Row:
         )
         exact = _exact(system, speed, horizon)
         pade = _pade(system, speed, horizon)
-    simulated = None
+    simulated, contradicted = None, False
     if law.lam >= sampled_limit:
         notes.append(f"unstable at {1e3 * period:g} ms sampling")
     else:
@@ -192,7 +204,8 @@ def _row(scenario: Scenario, k_ff: float, delay: float, placement: Any) -> Row:
         if run.status.ok:
             simulated = float(run.lag_along_motion[-1])
         else:
-            notes.append(run.status.kind)
+            notes.append(f"the simulation ended: {run.status.kind}")
+            contradicted = True
     if not over:
         notes.append(f"transient not over after {horizon:g} s")
         analytic = None
@@ -207,6 +220,7 @@ def _row(scenario: Scenario, k_ff: float, delay: float, placement: Any) -> Row:
         exact=exact,
         simulated=simulated,
         note="; ".join(notes),
+        contradicted=contradicted,
     )
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from vsctrl import loop
 from vsctrl.diagram import Ramp
-from vsctrl.errors import InputError
+from vsctrl.loop import values as check
 
 
 @dataclass(frozen=True)
@@ -79,9 +79,11 @@ def summarise(
     `lam` in s⁻¹, `tau` and `period` in s. Errors: `InputError` for a gain, κ or period that is not
     above 0, a negative delay, or a delay that is no whole number of periods.
     """
-    for name, value in (("gain", lam), ("ratio", kappa)):
-        if not 0 < value < math.inf:
-            raise InputError(f"{name} = {value} is not usable; give a finite number above 0.")
+    check.positive("gain", lam)
+    check.positive("ratio", kappa)
+    check.delay("delay", tau)
+    if period is not None:
+        check.positive("period", period)
     limits = loop.gain_limit(tau, kappa=kappa), loop.fastest_gain(tau, kappa=kappa)
     held: tuple[Any, Any] = (None, None)
     if period is not None:
@@ -113,7 +115,7 @@ def summarise(
         roots=tuple((root.real, root.imag) for root in system.poles(4)),
         error_per_speed={
             placement: float(loop.tracking_error(Ramp(1.0), placement, **known))
-            if margins.stable
+            if margins.stable and (period is None or lam < held[0])
             else None
             for placement in placements
         },
