@@ -24,7 +24,8 @@ Complex = NDArray[np.complex128]
 Response = Callable[[Any], Any]  #: L as a function of complex s, any shape
 
 DEGREE = 16
-MAX_PIECES = 20_000
+MAX_PIECES = 100_000
+MOST_TURNED = 2e4  #: rad of delay up to which the crossings of an unstable loop are followed
 LEAST = 0.01  #: the search may end where |L| has fallen below this
 
 
@@ -71,10 +72,13 @@ def margins(L: Response, rates: Array, late: float, unstable_roots: int) -> Marg
 
     `rates` (rad/s) are the frequencies at which L bends: the moduli of its poles and the inverses
     of its delays; `late` (s) is the sum of its delays. The band searched reaches tenfold beyond
-    those frequencies, and up to where |L| has fallen below `LEAST`.
+    those frequencies, and up to where |L| has fallen below `LEAST`; in an unstable loop no further
+    than `MOST_TURNED`.
     """
     stable = unstable_roots == 0
     low, high = _band(L, rates)
+    if not stable and late:
+        high = min(high, max(MOST_TURNED / late, 10 * low))
     ends, pieces = _pieces(L, low, high, late)
     gain_at = _frequencies(ends, pieces, lambda c: _abs2(c, -1.0, 0.0))
     phase_at = _frequencies(ends, pieces, lambda c: c.imag)
