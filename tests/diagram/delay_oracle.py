@@ -194,14 +194,19 @@ class Network:
         if cut is not None:
             for i in range(len(P)):
                 M[i, cut] = mp.mpf(i == cut)
-        return mp.det(M)
+        return _determinant(M.tolist())
 
     def characteristic(self, p) -> mp.mpc:
-        """det(I − P W) · Π den, an entire function whose zeros are the diagram's poles."""
-        out = self.determinant(p)
-        for b in self.boxes:
-            out *= mp.polyval([mp.mpf(repr(float(c))) for c in b.den], p)
-        return out
+        """det(diag den − diag(num e^{−pτ}) W), an entire function: its zeros are the poles."""
+        rows = []
+        for i, b in enumerate(self.boxes):
+            num, den = ([mp.mpf(repr(float(c))) for c in side] for side in (b.num, b.den))
+            above = mp.polyval(num, p) * mp.exp(-p * mp.mpf(repr(self.delta)) * b.steps)
+            below = mp.polyval(den, p)
+            row = [-above * float(w) for w in self.wiring[i]]
+            row[i] += below
+            rows.append(row)
+        return _determinant(rows)
 
     def determinant_on_axis(self, omega: np.ndarray) -> np.ndarray:
         """det(I − P W) at jω in plain doubles, for winding counts."""
@@ -226,6 +231,18 @@ class Network:
             text = " ".join(f"{'+' if w > 0 else '-'} {n}" for n, w in terms.items() if w)
             parts.append(Sum(f"u{i} = {text}"))
         return Diagram(parts, inputs=["r"], outputs=[f"y{i}" for i in range(len(self.boxes))])
+
+
+def _determinant(rows: list[list]) -> mp.mpc:
+    """By expansion: at most 5 by 5 here, and mpmath's own stumbles over a zero column."""
+    if not rows:
+        return mp.mpf(1)
+    total, sign = mp.mpc(0), 1
+    for j, entry in enumerate(rows[0]):
+        if entry:
+            total += sign * entry * _determinant([row[:j] + row[j + 1 :] for row in rows[1:]])
+        sign = -sign
+    return total
 
 
 def _companion(num: np.ndarray, den: np.ndarray) -> tuple[np.ndarray, ...]:

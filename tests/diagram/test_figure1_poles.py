@@ -141,6 +141,12 @@ def test_the_realised_loop_is_retarded():
         assert not real.D[real.outputs :, real.inputs :].any()
 
 
+@pytest.mark.parametrize("x", [60.0, 300.0, 1000.0])
+def test_many_unstable_roots_are_all_counted(x):
+    """One pair for each crossing π/2 + 2πk below x: 318 at x = 1000."""
+    assert loop(x).unstable_roots == 2 * math.ceil((x - math.pi / 2) / (2 * math.pi))
+
+
 def test_poles_zero_the_characteristic_equation():
     """s + λ e^{−sτ} = 0 with 30 digits at every pole returned."""
     with mp.workdps(30):

@@ -35,11 +35,17 @@ def quick(monkeypatch):
     monkeypatch.setattr(writing, "report_data", lambda *given: SimpleNamespace(text=lambda: text))
 
 
+@pytest.fixture(scope="module")
+def real(report_of):
+    """A real report, made before `quick` can stand in for its parts."""
+    return report_of("prompt")
+
+
 @pytest.fixture
-def older(report_of, tmp_path):
+def older(real, tmp_path):
     """A folder with an older, real report and another file of the user's."""
     folder = tmp_path / "older"
-    shutil.copytree(report_of("prompt"), folder)
+    shutil.copytree(real, folder)
     (folder / "mine.txt").write_text("keep")
     return folder
 

@@ -28,6 +28,7 @@ def rightmost(system: DelaySystem, n: int) -> Complex:
     """
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 0:
         raise InputError(f"poles: n = {n!r} is not usable; give a whole number of 0 or more.")
+    system = _delays_in_loops(system)
     if not system.delays:
         return _first(np.linalg.eigvals(system.A).astype(complex), n)
     # With the longest delay as the unit of time nothing depends on the user's units.
@@ -48,6 +49,7 @@ def count_right_of(system: DelaySystem, sigma: float = 0.0) -> int:
     By the argument principle where no delay feeds through (retarded systems), otherwise by taking
     ever more of the rightmost roots; beyond 32 that are too many to count it is "at least".
     """
+    system = _delays_in_loops(system)
     if not system.delays:
         return int((np.linalg.eigvals(system.A).real > sigma).sum())
     if not system.D[system.outputs :, system.inputs :].any():
@@ -62,6 +64,22 @@ def count_right_of(system: DelaySystem, sigma: float = 0.0) -> int:
         if right < len(roots) or len(roots) < n:
             break
     return right
+
+
+def _delays_in_loops(system: DelaySystem) -> DelaySystem:
+    """The autonomous system without the delay channels that do not act on themselves.
+
+    They make the characteristic matrix block triangular and leave its determinant alone.
+    """
+    n, r, p, m = len(system.A), system.inputs, system.outputs, len(system.delays)
+    reach = np.zeros((n + m, n + m), bool)
+    reach[:n, :n], reach[:n, n:] = system.A != 0, system.B[:, r:] != 0
+    reach[n:, :n], reach[n:, n:] = system.C[p:] != 0, system.D[p:, r:] != 0
+    for _ in range((n + m).bit_length()):
+        reach = reach | (reach @ reach)
+    w = np.flatnonzero(np.diag(reach)[n:])
+    B, C, D = system.B[:, r + w], system.C[p + w], system.D[np.ix_(p + w, r + w)]
+    return DelaySystem(system.A, B, C, D, tuple(system.delays[j] for j in w))
 
 
 def _turns(system: DelaySystem, sigma: float) -> int | None:
