@@ -359,3 +359,24 @@ def test_messages_without_parameters_have_no_hole():
     with pytest.raises(InputError) as caught:
         Diagram([Block("p", sp.I * s / (s + 1), "u -> y")]).at()
     assert "at ;" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda: Diagram(3), ["3", "no part"]),
+        (lambda: Diagram([ONE], inputs=["u", "u"]), ["inputs", "once"]),
+        (lambda: Diagram([ONE], inputs="u", outputs=["y", "y"]), ["outputs", "once"]),
+        (lambda: Diagram([ONE], inputs=[1]), ["inputs", "[1]"]),
+        (lambda: Diagram([ONE]).at(3), ["3", "mapping"]),
+    ],
+)
+def test_shapes_that_are_none(ask, words):
+    refuse(ask, *words)
+
+
+def test_a_difference_of_delays_is_judged_by_its_value():
+    first, second = sp.symbols("a b", positive=True)
+    diagram = Diagram([Block("d", sp.exp(-(first - second) * s), "u -> y")])
+    assert diagram.at(a=0.3, b=0.1)["u", "y"](2j) == pytest.approx(np.exp(-0.4j), rel=1e-15)
+    refuse(lambda: diagram.at(a=0.1, b=0.3), "negative")

@@ -133,7 +133,8 @@ def diagrams(draw: st.DrawFn) -> Diagram:
             terms = "".join(k + name for k, name in zip(signs, taken, strict=True))
             parts.append(Sum(f"x{i} = {terms}"))
     ends = Diagram(parts).outputs
-    more = draw(st.lists(st.sampled_from([f"x{i}" for i in range(count)]), max_size=2))
+    names = [f"x{i}" for i in range(count)]
+    more = draw(st.lists(st.sampled_from(names), max_size=2, unique=True))
     return Diagram(parts, outputs=(*more, *(end for end in ends if end not in more)))
 
 

@@ -587,3 +587,17 @@ def test_fourteen_blocks_are_solved_without_multiplying_out():
         assert channel.realisation.transfer(np.array([p]))[0, 0, 0] == pytest.approx(
             exact, rel=1e-10, abs=0
         )
+
+
+@pytest.mark.parametrize(("gain", "count"), [(0.5, 0), (1.5, np.inf)])
+def test_a_neutral_loop_has_no_roots_or_infinitely_many_on_the_right(gain, count):
+    """1 + k e^{−τs} = 0 has its roots on Re s = ln(k)/τ: all left, or all right, of the axis."""
+    loop = Diagram(
+        [Sum("e = r - w"), Block("k", gain, "e -> y"), Block("late", sp.exp(-s / 10), "y -> w")],
+        outputs=["y"],
+    ).at()
+    assert loop.unstable_roots == count
+    np.testing.assert_allclose(loop.poles(4).real, 10 * np.log(gain), rtol=1e-12)
+    margins = loop.open("y").margins()
+    assert margins.stable == (count == 0)
+    assert margins.unstable_roots == count

@@ -161,15 +161,18 @@ def delays_as_symbols(expr: sp.Expr, name: str) -> tuple[sp.Expr, dict[sp.Symbol
                 "its exponent must be linear in s, like exp(-tau*s)."
             )
         product = sp.exp(rest)
-        for term in sp.Add.make_args(-slope):
+        late = -slope
+        if late.is_negative:
+            raise InputError(
+                f"Block {name!r}: exp({exponent}) predicts the future; "
+                "a delay of tau seconds is written exp(-tau*s)."
+            )
+        terms = sp.Add.make_args(late)
+        # A difference of delays may be one; only its value, in `at`, can tell.
+        for term in [late] if any(term.is_negative for term in terms) else terms:
             factor, base = term.as_coeff_Mul()
             if not (factor.is_Integer and factor > 0 and not base.is_number):
                 factor, base = sp.Integer(1), term
-            if base.is_negative:
-                raise InputError(
-                    f"Block {name!r}: exp({exponent}) predicts the future; "
-                    "a delay of tau seconds is written exp(-tau*s)."
-                )
             symbol = delay_symbol(base)
             delays[symbol] = base
             product *= symbol**factor

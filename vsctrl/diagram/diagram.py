@@ -50,14 +50,15 @@ class Diagram:
         inputs: Iterable[str] | None = None,
         outputs: Iterable[str] | None = None,
     ) -> None:
-        given = _one_symbol_a_name(tuple(parts))
+        given = tuple(parts) if isinstance(parts, Iterable) else (parts,)
         _check_parts(given)
+        given = _one_symbol_a_name(given)
         object.__setattr__(self, "parts", given)
         taken = {name for part in given for name in part.inputs}
         undriven = _ordered(n for part in given for n in part.inputs if n not in self.drivers)
         ends = _ordered(part.output for part in given if part.output not in taken)
-        object.__setattr__(self, "inputs", undriven if inputs is None else tuple(inputs))
-        object.__setattr__(self, "outputs", ends if outputs is None else tuple(outputs))
+        for side, names, found in (("inputs", inputs, undriven), ("outputs", outputs, ends)):
+            object.__setattr__(self, side, found if names is None else _names(side, names))
         _check_wiring(self, undriven, taken, ends)
         self.parameters  # noqa: B018 - refuses two symbols of one keyword
 
@@ -116,6 +117,8 @@ class Diagram:
         """
         from vsctrl.diagram.system import System
 
+        if values is not None and not isinstance(values, Mapping):
+            raise InputError(f"at: {values!r} gives no names; write at(lam=2.5, …) or a mapping.")
         return System(self, self.numbers({**(values or {}), **keywords}))
 
     def numbers(self, given: Mapping[str, Any]) -> dict[str, float]:
@@ -190,6 +193,16 @@ def nearest(name: str, known: Iterable[str]) -> str:
     """`` (did you mean 'x'?)`` where a known name is close, else nothing."""
     close = difflib.get_close_matches(str(name), list(known), n=1)
     return f" (did you mean {close[0]!r}?)" if close else ""
+
+
+def _names(side: str, names: Iterable[str]) -> tuple[str, ...]:
+    given = (names,) if isinstance(names, str) or not isinstance(names, Iterable) else tuple(names)
+    if not all(isinstance(name, str) for name in given) or len(set(given)) < len(given):
+        raise InputError(
+            f"Diagram: {side} = {names!r} are no signals; list the name of each once, like "
+            '["S_ref"].'
+        )
+    return given
 
 
 def _ordered(names: Iterable[str]) -> tuple[str, ...]:

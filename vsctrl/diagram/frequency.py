@@ -34,7 +34,8 @@ class Margins:
     """How far the loop of a return difference 1 + L is from instability, exactly.
 
     Frequencies in rad/s, phases in rad, delays in s; infinity where nothing limits. `gain` is the
-    factor up to instability, `gain_down` the factor down (0 where none). For a loop that is not
+    least factor above 1 at which roots cross the axis, `gain_down` the largest below 1 (0 where
+    there is none). For a loop that is not
     `stable`, `unstable_roots` are on or right of the imaginary axis, and `delay` is negative: the
     change of delay that brings the nearest crossing back to −1.
     """
@@ -48,7 +49,7 @@ class Margins:
     gain_crossings: tuple[tuple[float, float], ...]  #: (ω, phase margin there), by rising ω
     phase_crossings: tuple[tuple[float, float], ...]  #: (ω, gain margin there), by rising ω
     stable: bool
-    unstable_roots: int
+    unstable_roots: float  #: infinite where a neutral loop has a chain of them
 
     @property
     def modulus(self) -> float:
@@ -57,7 +58,7 @@ class Margins:
 
     def _repr_html_(self) -> str:
         rows = {
-            "closed loop": "stable" if self.stable else f"unstable, {self.unstable_roots} roots",
+            "closed loop": "stable" if self.stable else f"unstable, {self.unstable_roots:g} roots",
             "gain margin": f"{self.gain:.4g}",
             "phase margin": f"{math.degrees(self.phase):.4g}°",
             "delay margin": f"{self.delay:.4g} s",
@@ -67,7 +68,7 @@ class Margins:
         return f"<table>{body}</table>"
 
 
-def margins(L: Response, rates: Array, late: float, unstable_roots: int) -> Margins:
+def margins(L: Response, rates: Array, late: float, unstable_roots: float) -> Margins:
     """The margins of the loop transfer function L, a function of complex s.
 
     `rates` (rad/s) are the frequencies at which L bends: the moduli of its poles and the inverses

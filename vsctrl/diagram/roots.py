@@ -43,8 +43,8 @@ def rightmost(system: DelaySystem, n: int) -> Complex:
     return _first(np.array(found, complex), n) / unit
 
 
-def count_right_of(system: DelaySystem, sigma: float = 0.0) -> int:
-    """How many roots lie right of Re s = sigma (rad/s).
+def count_right_of(system: DelaySystem, sigma: float = 0.0) -> float:
+    """How many roots lie right of Re s = sigma (rad/s); infinite where a neutral loop has a chain.
 
     By the argument principle where no delay feeds through (retarded systems), otherwise by taking
     ever more of the rightmost roots; beyond 32 that are too many to count it is "at least".
@@ -57,6 +57,8 @@ def count_right_of(system: DelaySystem, sigma: float = 0.0) -> int:
         turned = _turns(system.scaled(unit), sigma * unit)
         if turned is not None:
             return turned
+    elif _chain(system) > sigma:
+        return math.inf
     right = 0
     for n in (8, 32):
         roots = rightmost(system, n)
@@ -64,6 +66,20 @@ def count_right_of(system: DelaySystem, sigma: float = 0.0) -> int:
         if right < len(roots) or len(roots) < n:
             break
     return right
+
+
+def _chain(system: DelaySystem) -> float:
+    """The line that a neutral system's chains of roots tend to: its roots without its states."""
+    r, p = system.inputs, system.outputs
+    frozen = DelaySystem(
+        np.zeros((0, 0)),
+        np.zeros((0, len(system.delays))),
+        np.zeros((len(system.delays), 0)),
+        system.D[p:, r:],
+        system.delays,
+    )
+    roots = rightmost(frozen, 4)
+    return float(roots.real.max(initial=-math.inf))
 
 
 def _delays_in_loops(system: DelaySystem) -> DelaySystem:

@@ -158,7 +158,7 @@ def _margins(found: Stability) -> MarginsTable:
     exact, second = found.margins, found.second_opinion
     return MarginsTable(
         stable=exact.stable,
-        unstable_roots=exact.unstable_roots,
+        unstable_roots=int(exact.unstable_roots),
         gain=_finite(exact.gain),
         phase_rad=_finite(exact.phase),
         delay_s=_finite(exact.delay),

@@ -102,7 +102,7 @@ def summarise(
         kappa=kappa,
         k_ff=k_ff,
         stable=margins.stable,
-        unstable_roots=margins.unstable_roots,
+        unstable_roots=int(margins.unstable_roots),
         gain_margin=_finite(margins.gain if margins.stable else margins.gain_down),
         phase_margin_rad=_finite(margins.phase),
         delay_margin_s=_finite(margins.delay),

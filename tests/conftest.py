@@ -1,4 +1,4 @@
-"""One BLAS thread a worker: matrices here are small, and four workers with a pool each stall."""
+"""One BLAS thread a worker: the matrices are small, and threads only wait for each other."""
 
 import os
 
