@@ -155,3 +155,14 @@ def test_poles_zero_the_characteristic_equation():
             rate, late = mp.mpf(0.9 / 0.08), mp.mpf("0.08")
             residual = p + rate * mp.exp(-p * late)
             assert abs(residual / (1 + p * late)) < 1e-12 * abs(p)
+
+
+def test_the_root_locus_follows_the_branches():
+    gains = np.array([0.5, 2.0, 4.0, 12.0, 25.0])
+    locus = figure1().at(WORKING).root_locus("lam", gains, 4)
+    assert locus.shape == (5, 4)
+    for gain, row in zip(gains, locus, strict=True):
+        assert distance(row, figure1_poles(gain * 0.08, 0.08, 4)) < 1e-12
+    alone = figure1().at(WORKING | {"tau": 0.0}).root_locus("lam", gains, 2)
+    np.testing.assert_allclose(alone[:, 0], -gains)
+    assert np.isnan(alone[:, 1]).all()

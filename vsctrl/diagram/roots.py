@@ -7,8 +7,6 @@ characteristic matrix then polishes them, and a contour integral settles what a 
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,7 +26,7 @@ def rightmost(system: DelaySystem, n: int) -> Complex:
     """
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 0:
         raise InputError(f"poles: n = {n!r} is not usable; give a whole number of 0 or more.")
-    system = _delays_in_loops(system)
+    system = delays_in_loops(system)
     if not system.delays:
         return _first(np.linalg.eigvals(system.A).astype(complex), n)
     # With the longest delay as the unit of time nothing depends on the user's units.
@@ -43,46 +41,7 @@ def rightmost(system: DelaySystem, n: int) -> Complex:
     return _first(np.array(found, complex), n) / unit
 
 
-def count_right_of(system: DelaySystem, sigma: float = 0.0) -> float:
-    """How many roots lie right of Re s = sigma (rad/s); infinite where a neutral loop has a chain.
-
-    By the argument principle where no delay feeds through (retarded systems), otherwise by taking
-    ever more of the rightmost roots; beyond 32 that are too many to count it is "at least".
-    """
-    system = _delays_in_loops(system)
-    if not system.delays:
-        return int((np.linalg.eigvals(system.A).real > sigma).sum())
-    if not system.D[system.outputs :, system.inputs :].any():
-        unit = float(max(system.delays))
-        turned = _turns(system.scaled(unit), sigma * unit)
-        if turned is not None:
-            return turned
-    elif _chain(system) > sigma:
-        return math.inf
-    right = 0
-    for n in (8, 32):
-        roots = rightmost(system, n)
-        right = int((roots.real > sigma).sum())
-        if right < len(roots) or len(roots) < n:
-            break
-    return right
-
-
-def _chain(system: DelaySystem) -> float:
-    """The line that a neutral system's chains of roots tend to: its roots without its states."""
-    r, p = system.inputs, system.outputs
-    frozen = DelaySystem(
-        np.zeros((0, 0)),
-        np.zeros((0, len(system.delays))),
-        np.zeros((len(system.delays), 0)),
-        system.D[p:, r:],
-        system.delays,
-    )
-    roots = rightmost(frozen, 4)
-    return float(roots.real.max(initial=-math.inf))
-
-
-def _delays_in_loops(system: DelaySystem) -> DelaySystem:
+def delays_in_loops(system: DelaySystem) -> DelaySystem:
     """The autonomous system without the delay channels that do not act on themselves.
 
     They make the characteristic matrix block triangular and leave its determinant alone.
@@ -96,45 +55,6 @@ def _delays_in_loops(system: DelaySystem) -> DelaySystem:
     w = np.flatnonzero(np.diag(reach)[n:])
     B, C, D = system.B[:, r + w], system.C[p + w], system.D[np.ix_(p + w, r + w)]
     return DelaySystem(system.A, B, C, D, tuple(system.delays[j] for j in w))
-
-
-def _turns(system: DelaySystem, sigma: float) -> int | None:
-    """Roots right of sigma: N = n/2 − (arg D(σ + jω) from ω = 0 to ∞)/π, D the determinant.
-
-    D tends to sⁿ, so beyond a frequency where |D/sⁿ − 1| is small only sⁿ turns. None where a root
-    lies so near the line that its side cannot be told, or D turns too often to follow.
-    """
-    n = len(system.A)
-    loop = np.abs(system.B[:, system.inputs :]) @ np.abs(system.C[system.outputs :])
-    bound = np.abs(system.A).sum() + loop.sum() * math.exp(abs(sigma)) + abs(sigma) + 1.0
-    late = sum(float(tau) for tau in system.delays)
-    # Below `bound` the delays turn D by up to Σ τ per rad/s; far beyond it only sⁿ is left.
-    if 4 * late * bound > 1e6:
-        return None
-    inner = np.linspace(0.0, bound, math.ceil(4 * late * bound) + 200)
-    omega = np.concatenate([inner, np.geomspace(bound, 100.0 * max(n, 1) * bound, 200)[1:]])
-    top = float(omega[-1])
-    phase = np.angle(_determinant(system, sigma + 1j * omega))
-    for _ in range(60):
-        step = np.angle(np.exp(1j * np.diff(phase)))
-        rough = np.flatnonzero(np.abs(step) > 0.8)
-        if not len(rough):
-            break
-        if len(omega) > 500_000 or np.diff(omega)[rough].min() < 1e-13 * top:
-            return None
-        middle = (omega[rough] + omega[rough + 1]) / 2
-        omega = np.insert(omega, rough + 1, middle)
-        phase = np.insert(phase, rough + 1, np.angle(_determinant(system, sigma + 1j * middle)))
-    else:
-        return None
-    rest = n * (math.pi / 2 - np.angle(sigma + 1j * omega[-1]))
-    turned = (float(step.sum()) + rest) / math.pi
-    count = round(n / 2 - turned)
-    return count if abs(n / 2 - turned - count) < 0.2 and count >= 0 else None
-
-
-def _determinant(system: DelaySystem, at: Complex) -> Complex:
-    return np.asarray(np.linalg.det(system.characteristic(at)), complex)
 
 
 def _discretised(system: DelaySystem, nodes: int) -> Complex:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.diagram import delay, frequency, pade, response, roots, transfer
+from vsctrl.diagram import count, delay, frequency, pade, response, roots, transfer
 from vsctrl.diagram.blocks import exact_number
 from vsctrl.diagram.signals import Parabola, Ramp, Sine, Step
 from vsctrl.errors import InputError
@@ -64,15 +64,27 @@ class System:
         """The n rightmost characteristic roots of the whole diagram (rad/s), delays exact."""
         return roots.rightmost(self.autonomous, n)
 
+    def roots_right_of(self, sigma: float = 0.0) -> count.RootsRight:
+        """The characteristic roots right of Re s = sigma (rad/s), with a certifying count."""
+        return count.roots_right_of(self.autonomous, sigma)
+
+    def root_locus(self, parameter: str, values: ArrayLike, n: int = 6) -> Complex:
+        """The n rightmost roots (rad/s) at each value of a parameter, (len(values), n), exact delay.
+
+        Roots fall by real part along each row; NaN stands where there are fewer than n.
+        """
+        rows = [self.with_(**{parameter: value}).poles(n)[:n] for value in np.ravel(values)]
+        return np.array([np.pad(row, (0, n - len(row)), constant_values=np.nan) for row in rows])
+
     @cached_property
     def autonomous(self) -> delay.DelaySystem:
         """The diagram's delay system with no inputs and no outputs, whose roots are its poles."""
         return delay.realise(self.diagram, self.blocks, (), ())
 
     @cached_property
-    def unstable_roots(self) -> int:
-        """How many characteristic roots lie on or right of the imaginary axis."""
-        return roots.count_right_of(self.autonomous, -1e-12)
+    def unstable_roots(self) -> float:
+        """How many characteristic roots lie on or right of the imaginary axis, maybe infinite."""
+        return count.count_right_of(self.autonomous, -1e-12)
 
 
 @dataclass(frozen=True)
@@ -214,7 +226,7 @@ class OpenLoop(Channel):
         system = self.realisation
         late = np.array([float(tau) for tau in system.delays])
         rates = np.concatenate([np.abs(np.linalg.eigvals(system.A)), 1 / late])
-        unstable = roots.count_right_of(system.closed(self.sign), -1e-12)
+        unstable = count.count_right_of(system.closed(self.sign), -1e-12)
         return frequency.margins(self, rates, float(late.sum()), unstable)
 
 

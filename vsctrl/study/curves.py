@@ -128,7 +128,7 @@ def _locus(found: Stability) -> Locus | None:
     unit = found.opened.pade(PADE_ORDER) * (1 / lam)
     return Locus(
         gains,
-        np.array([system.with_(lam=gain).poles(5)[:5] for gain in gains]),
+        system.root_locus("lam", gains, 5),
         PADE_ORDER,
         control.root_locus_map(unit, gains=gains).loci,
         system.poles(5),
