@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from vsctrl.diagram import Block as Block
     from vsctrl.diagram import Diagram as Diagram
     from vsctrl.diagram import Parabola as Parabola
+    from vsctrl.diagram import Pulse as Pulse
     from vsctrl.diagram import Ramp as Ramp
+    from vsctrl.diagram import Samples as Samples
     from vsctrl.diagram import Sine as Sine
     from vsctrl.diagram import Step as Step
     from vsctrl.diagram import Sum as Sum
@@ -33,8 +35,10 @@ _HOME = {
     "InputError": "vsctrl.errors",
     "LimitError": "vsctrl.errors",
     "Parabola": "vsctrl.diagram",
+    "Pulse": "vsctrl.diagram",
     "Ramp": "vsctrl.diagram",
     "Run": "vsctrl.servo",
+    "Samples": "vsctrl.diagram",
     "Scenario": "vsctrl.servo",
     "Sine": "vsctrl.diagram",
     "Step": "vsctrl.diagram",

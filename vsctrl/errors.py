@@ -9,5 +9,9 @@ class InputError(ValueError):
     """A value given by the user that cannot be used; the message says which, why and what to do."""
 
 
+class ImproperError(InputError):
+    """A channel that holds a derivative of its input where only proper ones can be answered."""
+
+
 class LimitError(RuntimeError):
     """A computation that would not end; the message says how far it came and what to ask for."""

@@ -19,6 +19,10 @@ T_s = Symbol("T_s", positive=True)  #: video period, s
 d = Symbol("d", integer=True, nonnegative=True)  #: latency in samples
 omega = Symbol("omega", positive=True)  #: angular frequency or rotation speed, rad/s
 v = Symbol("v", positive=True)  #: slope of a ramp reference, 1/s times the unit of the signal
+# Of its delay-tolerant variants: what the law believes, knows early or integrates.
+tau_hat = Symbol("tauhat", positive=True)  #: modelled latency τ̂ of a Smith predictor, s
+h = Symbol("h", positive=True)  #: preview h, how early the reference is known, s
+T_i = Symbol("T_i", positive=True)  #: integral time Tᵢ of a PI gain λ(1 + 1/(Tᵢ s)), s
 
 # Points, cameras and screws --------------------------------------------------------------------
 t = Symbol("t", real=True)  #: time elapsed since t₀ (Δt of the paper), s
@@ -35,4 +39,4 @@ z_0 = Symbol("z_0", positive=True)  #: its depth at t₀, m
 d_x, d_y, d_z = symbols("d_x d_y d_z", real=True)  #: vector from the camera to the axis, m
 
 #: Keyword → the symbol it means, where that is not the symbol of the same name.
-KEYWORDS = {"lam": lam, "ell_hat": ell_hat}
+KEYWORDS = {"lam": lam, "ell_hat": ell_hat, "tau_hat": tau_hat}

@@ -5,6 +5,18 @@ Numbers and pictures load on first use; making a diagram needs SymPy only.
 
 from vsctrl.diagram.blocks import Block, Sum
 from vsctrl.diagram.diagram import Diagram
-from vsctrl.diagram.signals import Parabola, Ramp, Sine, Step
+from vsctrl.diagram.samples import Samples
+from vsctrl.diagram.signals import Parabola, Pulse, Ramp, Signal, Sine, Step
 
-__all__ = ["Block", "Diagram", "Parabola", "Ramp", "Sine", "Step", "Sum"]
+__all__ = [
+    "Block",
+    "Diagram",
+    "Parabola",
+    "Pulse",
+    "Ramp",
+    "Samples",
+    "Signal",
+    "Sine",
+    "Step",
+    "Sum",
+]

@@ -15,7 +15,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.errors import InputError
+from vsctrl.errors import ImproperError, InputError
 
 Array = NDArray[np.float64]
 
@@ -150,7 +150,7 @@ def causal(
         )
     for row, column in hits:
         source = sources[column] if column < r else "its delayed signals"
-        raise InputError(
+        raise ImproperError(
             f"the channel to {targets[row]!r} is improper: it holds a derivative of {source!r}, "
             "so a step makes an impulse; ask for a signal behind an integrator or filter it."
         )

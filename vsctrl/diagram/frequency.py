@@ -111,22 +111,26 @@ def _band(L: Response, rates: Array) -> tuple[float, float]:
     """From where L is a plain power of ω, not of size 1, up to where it no longer matters."""
     rates = rates[(rates > 0) & np.isfinite(rates)]
     low, high = (rates.min() * 1e-3, rates.max() * 10) if len(rates) else (1e-3, 1e1)
-    size, power = _power(L, low)
+    size, power = _power(L, low, 1 / 16)
     if power:
         # |L| = size (ω/low)^power below `low`: go a hundredfold below the crossing it points to.
         low = min(low, 1e-2 * low * size ** (-1 / power))
-    size, power = _power(L, high)
+    size, power = _power(L, high, 16.0)
     if power < 0:
         high = max(high, 2 * high * (size / LEAST) ** (-1 / power))
     return float(max(low, 1e-250)), float(min(high, 1e250))
 
 
-def _power(L: Response, omega: float) -> tuple[float, int]:
-    """|L| at a frequency, and the whole power of ω that it follows there."""
-    size, beside = np.abs(L(1j * omega * np.array([1.0, 1.1])))
-    if not (0 < size < math.inf and 0 < beside < math.inf):
+def _power(L: Response, omega: float, step: float) -> tuple[float, int]:
+    """|L| at a frequency and the whole power of ω that it follows from there on, one step away.
+
+    Of an |L| that ripples, as one with a delay inside does, the largest of a few neighbours counts.
+    """
+    ripple = step ** np.linspace(0.0, 0.5, 24)
+    size, away = (np.abs(L(1j * at * ripple)).max() for at in (omega, omega * step))
+    if not (0 < size < math.inf and 0 < away < math.inf):
         return 1.0, 0
-    return float(size), round(math.log(beside / size) / math.log(1.1))
+    return float(size), round(math.log(away / size) / math.log(step))
 
 
 def _pieces(L: Response, low: float, high: float, late: float) -> tuple[Array, Complex]:

@@ -11,15 +11,18 @@ from __future__ import annotations
 
 import heapq
 import math
+from bisect import bisect_right
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
+from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.diagram.delay import DelaySystem
-from vsctrl.diagram.signals import Signal
+from vsctrl.diagram.samples import Samples
+from vsctrl.diagram.signals import Combination, Power, Signal, beside
 from vsctrl.errors import LimitError
 
 Array = NDArray[np.float64]
@@ -27,7 +30,8 @@ Array = NDArray[np.float64]
 DEGREE = 20  #: of each piece; its last coefficients tell whether it was enough
 RESOLVED = 1e-14  #: size of those coefficients, relative to the largest value so far
 NEGLIGIBLE = 1e-17  #: effect of a kink, relative to the largest jump so far, that may be dropped
-MAX_PIECES = 200_000
+MAX_PIECES = 20_000  #: some ten seconds of work
+MANY_SAMPLES = 100  #: from there on samples are superposed instead of solved one by one
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -38,10 +42,128 @@ class Trajectory:
     ends: Array
     coefficients: Array  #: (pieces, DEGREE + 1, p)
 
-    def __call__(self, t: Array) -> Array:
-        """y at times t (s), (len(t), p); the right limit where y jumps, zero before 0."""
-        y = _evaluate(self.ends, self.coefficients, t, t + 1e-12 * self.ends[-1])
-        return np.where((t < 0)[:, None], 0.0, y)
+    def __call__(self, t: Array, side: str = "right") -> Array:
+        """y at times t (s), (len(t), p), zero before 0; where y jumps, the limit from that side."""
+        seen = beside(t, side, self.ends[-1])
+        y = _evaluate(self.ends, self.coefficients, 0.0, t, seen)
+        return np.where((seen < 0)[:, None], 0.0, y)
+
+
+def respond(system: DelaySystem, signal: Signal, t: Array, side: str = "right") -> Array:
+    """The response of a one-input delay system to a signal, from rest, at times t ≥ 0 (s).
+
+    Long samples are answered by superposition of the response to one hold pulse, so that their
+    cost does not grow with what each of them would set ringing.
+    Errors: `LimitError` as `solve`.
+    """
+    # A little further, so that a jump at the last time is seen from its right.
+    horizon = max(float(t.max()) * (1 + 1e-6), 1e-12)
+    short, trains = [], []
+    for start, part in signal.terms:
+        if isinstance(part, Samples) and len(part.values) > MANY_SAMPLES:
+            unit, weights, rest = part.train
+            short += [(start + at, primitive) for at, primitive in rest.terms]
+            trains.append((start, _Train(unit, weights, part.period)))
+        else:
+            short.append((start, part))
+    y = solve(system, Combination(tuple(short)), horizon)(t, side)
+    for start, train in trains:
+        y = y + train.response(system, t - float(start), side, horizon)
+    return y
+
+
+@dataclass(frozen=True)
+class _Train:
+    """Σ weights[k] · unit(t − k·period), answered through the response to one `unit`."""
+
+    unit: Signal
+    weights: Array
+    period: float
+
+    def response(self, system: DelaySystem, t: Array, side: str, horizon: float) -> Array:
+        """The response at times t, zero for those before 0."""
+        one = solve(system, self.unit, horizon)
+        y = np.zeros((len(t), system.outputs))
+        on = np.flatnonzero(t >= -1e-12 * horizon)
+        if len(on):
+            grid = _common_grid(t[on], self.period)
+            y[on] = self._direct(one, t[on], side) if grid is None else self._fast(one, grid, side)
+        return y
+
+    def _fast(self, one: Trajectory, grid: tuple[int, int, float, int, int], side: str) -> Array:
+        """By convolution: row a, column r of h is the response at offset + (a P + r) period/P."""
+        from scipy.signal import fftconvolve
+
+        P, Q, offset, first, count = grid
+        rows = (first + (count - 1) * Q) // P + 1
+        fine = np.asarray(offset + np.arange(rows * P) * (self.period / P), float)
+        h = one(fine, side)
+        y = fftconvolve(h.reshape(rows, -1), self.weights[:rows, None], axes=0)[:rows]
+        return np.asarray(y.reshape(rows * P, -1)[first + Q * np.arange(count)])
+
+    def _direct(self, one: Trajectory, t: Array, side: str) -> Array:
+        """On any times, a number of samples at once."""
+        y = np.zeros((len(t), one.coefficients.shape[2]))
+        last = min(len(self.weights), int(t.max() / self.period * (1 + 1e-9)) + 1)
+        chunk = max(1, 1_000_000 // len(t))
+        for k in range(0, last, chunk):
+            w = self.weights[k : min(k + chunk, last)]
+            late = t - (k + np.arange(len(w)))[:, None] * self.period
+            y += np.einsum("k,ktp->tp", w, one(late.ravel(), side).reshape(*late.shape, -1))
+        return y
+
+
+def _common_grid(t: Array, period: float) -> tuple[int, int, float, int, int] | None:
+    """(P, Q, offset, first, count): t = offset + (first + Q i) period/P, i < count, or None."""
+    count = len(t)
+    step = (t[-1] - t[0]) / (count - 1) if count > 1 else 0.0
+    even = t[0] + step * np.arange(count)
+    # Times may be off the grid by what jumps are told apart by, not more.
+    if step <= 0 or np.abs(t - even).max() > 1e-12 * t[-1]:
+        return None
+    ratio = Fraction(period / step).limit_denominator(64)
+    P, Q = ratio.numerator, ratio.denominator
+    if not P or abs(P * step / (Q * period) - 1) > 1e-12 or t[-1] / period * P > 4e6:
+        return None
+    first = max(math.floor(t[0] / (period / P) + 1e-9), 0)
+    return P, Q, float(t[0] - first * (period / P)), first, count
+
+
+class _Drive:
+    """The signal on a piece: the smooth sum of what has begun by then.
+
+    Pieces are asked for in order. Steps, ramps and parabolas are added up as one polynomial in
+    rationals: old ones that cancel must not leave their rounding, different on each piece, in u.
+    """
+
+    def __init__(self, signal: Signal) -> None:
+        terms = signal.primitives
+        self.powers = [(at, p) for at, p in reversed(terms) if isinstance(p, Power)]
+        self.others = [(float(at), p) for at, p in terms if not isinstance(p, Power)]
+        self.derivatives: list[Fraction] = []  # of the polynomial, at t = 0
+
+    def __call__(self, a: float, t: Array) -> Array:
+        """Its values on a piece that starts at a, at times t after that, ends included."""
+        middle, u = a + t[-1] / 2, np.zeros(len(t))
+        while self.powers and float(self.powers[-1][0]) < middle:
+            start, power = self.powers.pop()
+            late = _carried([Fraction(0)] * power.order + [Fraction(power.values[0])], -start)
+            both = zip_longest(self.derivatives, late, fillvalue=Fraction(0))
+            self.derivatives = [a + b for a, b in both]
+        for j, derivative in enumerate(_carried(self.derivatives, Fraction(a))):
+            u += float(derivative) / math.factorial(j) * t**j
+        for at, primitive in self.others:
+            if at < middle:
+                u += primitive.formula((a - at) + t, *primitive.values)
+        return u
+
+
+def _carried(derivatives: list[Fraction], by: Fraction) -> list[Fraction]:
+    """The derivatives of a polynomial a time `by` after those that are given."""
+    return [
+        sum((d * by**k / math.factorial(k) for k, d in enumerate(derivatives[j:])), Fraction(0))
+        for j in range(len(derivatives))
+    ]
 
 
 def solve(system: DelaySystem, signal: Signal, horizon: float) -> Trajectory:
@@ -57,7 +179,7 @@ class _Stepper:
     """Marches over [0, horizon] piece by piece."""
 
     def __init__(self, system: DelaySystem, signal: Signal, horizon: float) -> None:
-        self.system, self.signal, self.horizon = system, signal, horizon
+        self.system, self.drive, self.horizon = system, _Drive(signal), horizon
         self.n, self.m, self.p = len(system.A), len(system.delays), system.outputs
         self.tau = np.array([float(tau) for tau in system.delays])
         self.longest = min(horizon, 6.0 / max(_rate(system), 1e-300))
@@ -67,6 +189,7 @@ class _Stepper:
         self.y: list[Array] = []
         self.x = np.zeros(self.n)
         self.scale = np.full(self.n + self.m, 1e-300)
+        self.noise = np.zeros(self.m)  # that rounding leaves in the delayed signals
 
     def run(self) -> Trajectory:
         length = self.longest
@@ -94,9 +217,10 @@ class _Stepper:
         """(x, z, y) at the nodes of [a, b], or None where the degree does not resolve them."""
         r, p, sys = 1, self.p, self.system
         nodes, to_coefficients, integral = _chebyshev(DEGREE)
-        h, t = b - a, a + (b - a) * (nodes + 1) / 2
-        u = self.signal(t)
-        past, own = self._past(a, b, t)
+        # Times count from a: far out they would be rounded too much for a short piece to be smooth.
+        h, t = b - a, (b - a) * (nodes + 1) / 2
+        u = self.drive(a, t)
+        past, own = self._past(a, t)
         forcing = np.outer(u, sys.B[:, 0]) + past @ sys.B[:, r:].T
         late = np.outer(u, sys.D[p:, 0]) + past @ sys.D[p:, r:].T
         x, z = self._collocate(h, forcing, late, own, integral)
@@ -111,41 +235,45 @@ class _Stepper:
         return x, z, y
 
     def _rounding(self, h: float, x: Array, drive: Array) -> Array:
-        """What rounding alone leaves in (x, z) of a piece: a signal that cancels is not rough."""
+        """What rounding alone leaves in (x, z) of a piece: a signal that cancels is not rough.
+
+        A delayed signal brings along the rounding it was computed with (`noise`).
+        """
         sys, p = self.system, self.p
         flow = (np.abs(sys.A) @ x + np.abs(sys.B) @ drive) * h
         in_x = np.abs(self.x) + flow / (1 + h * np.abs(sys.A).max(initial=0.0))
         in_z = np.abs(sys.C[p:]) @ (x + in_x) + np.abs(sys.D[p:]) @ drive
-        return np.asarray(8 * EPSILON * np.concatenate([in_x, in_z]))
+        self.noise = np.maximum(self.noise, 8 * EPSILON * in_z)
+        carried = np.abs(sys.B[:, 1:]) @ self.noise * h
+        also = np.abs(sys.C[p:]) @ carried + np.abs(sys.D[p:, 1:]) @ self.noise
+        return np.concatenate([8 * EPSILON * in_x + carried, 8 * EPSILON * in_z + also])
 
-    def _past(self, a: float, b: float, t: Array) -> tuple[Array, Array]:
+    def _past(self, a: float, t: Array) -> tuple[Array, Array]:
         """Delayed signals known from earlier pieces, and how the rest follow from this one.
 
         past (nodes, m); own (m, nodes, nodes) interpolates z_j where t − τ_j lies in [a, b].
         """
         past = np.zeros((len(t), self.m))
         own = np.zeros((self.m, len(t), len(t)))
+        h = t[-1]
         for j, tau in enumerate(self.tau):
-            at = t - tau
-            inside = at > a + 1e-12 * (b - a)
+            inside = t - tau > 1e-12 * h
             if inside.any():
-                own[j, inside] = _interpolation(2 * (at[inside] - a) / (b - a) - 1)
+                own[j, inside] = _interpolation(2 * (t[inside] - tau) / h - 1)
             # Which side of a jump a node is on is decided by the inside of the piece.
-            nudged = np.clip(at, t[0] - tau + 1e-9 * (b - a), t[-1] - tau - 1e-9 * (b - a))
+            nudged = (a - tau) + np.clip(t, 1e-9 * h, h - 1e-9 * h)
             known = ~inside & (nudged > 0)
             if known.any():
-                ends = np.array(self.ends)
-                coefficients = self._history(ends, nudged[known])
-                past[known, j] = _evaluate(
-                    ends, coefficients[0], at[known], nudged[known], coefficients[1]
-                )[:, j]
+                ends, coefficients = self._history(nudged[known])
+                z = _evaluate(ends, coefficients[:, :, [j]], a - tau, t[known], nudged[known])
+                past[known, j] = z[:, 0]
         return past, own
 
-    def _history(self, ends: Array, at: Array) -> tuple[Array, int]:
-        """The stored pieces that cover these times, and the index of the first of them."""
-        first = max(int(np.searchsorted(ends, at.min(), side="right")) - 1, 0)
-        last = min(int(np.searchsorted(ends, at.max(), side="right")), len(self.z))
-        return np.array(self.z[first:last]), first
+    def _history(self, at: Array) -> tuple[Array, Array]:
+        """The ends and coefficients of the stored pieces that cover these times."""
+        first = max(bisect_right(self.ends, at.min()) - 1, 0)
+        last = min(bisect_right(self.ends, at.max()), len(self.z))
+        return np.array(self.ends[first : last + 1]), np.array(self.z[first:last])
 
     def _collocate(
         self, h: float, forcing: Array, late: Array, own: Array, integral: Array
@@ -194,36 +322,37 @@ class Kinks:
         k = np.arange(self.orders)
         # A kink of order k disturbs the best polynomial of degree N on h by about J (h/2N)ᵏ/k.
         self.weight = (longest / (2 * DEGREE)) ** k / np.maximum(k, 1)
-        self.heap: list[tuple[Fraction, int, int, Array]] = []
-        self.count = 0
+        self.rows = np.vstack([system.C[system.outputs :], system.A])
+        self.columns = np.vstack([system.D[system.outputs :], system.B])
+        # What jumps is numbered as the columns of B are: 0 is the input, 1 + j is w_j.
+        starts = sorted(signal.onsets(self.orders).items())
+        self.heap = [(start, count, 0, row) for count, (start, row) in enumerate(starts)]
+        self.count = len(starts)
         self.largest = 0.0
-        start = signal.jumps(self.orders)
-        self._spread(Fraction(0), start, np.zeros((len(system.delays), self.orders)))
 
     def next_after(self, t: float) -> float:
         """The first kink after t (s), infinity where none is left; kinks up to t are used up."""
         while self.heap and float(self.heap[0][0]) <= t * (1 + 1e-14):
             time = self.heap[0][0]
-            jumps = np.zeros((len(self.system.delays), self.orders))
+            drive = np.zeros((self.orders, self.system.B.shape[1]))
             while self.heap and self.heap[0][0] <= time * (1 + Fraction(1, 10**13)):
                 _, _, j, row = heapq.heappop(self.heap)
-                jumps[j] += row
-            self._spread(time, np.zeros(self.orders), jumps)
+                drive[:, j] += row
+            self._spread(time, drive)
         return float(self.heap[0][0]) if self.heap else math.inf
 
-    def _spread(self, time: Fraction, u: Array, w: Array) -> None:
-        sys, p = self.system, self.system.outputs
-        x = np.zeros(len(sys.A))
-        z = np.zeros((len(sys.delays), self.orders))
-        for k in range(self.orders):
-            drive = np.concatenate([[u[k]], w[:, k]])
-            z[:, k] = sys.C[p:] @ x + sys.D[p:] @ drive
-            x = sys.A @ x + sys.B @ drive
-        felt = np.abs(z) @ self.weight
+    def _spread(self, time: Fraction, drive: Array) -> None:
+        m = len(self.system.delays)
+        x = np.zeros(len(self.system.A))
+        z = np.zeros((self.orders, m))
+        for k, forced in enumerate(drive @ self.columns.T):
+            both = self.rows @ x + forced
+            z[k], x = both[:m], both[m:]
+        felt = self.weight @ np.abs(z)
         self.largest = max(self.largest, float(felt.max(initial=0.0)))
-        for j, tau in enumerate(sys.delays):
+        for j, tau in enumerate(self.system.delays):
             if felt[j] > NEGLIGIBLE * self.largest:
-                heapq.heappush(self.heap, (time + tau, self.count, j, z[j]))
+                heapq.heappush(self.heap, (time + tau, self.count, 1 + j, z[:, j]))
                 self.count += 1
 
 
@@ -255,15 +384,17 @@ def _interpolation(at: Array) -> Array:
     return np.polynomial.chebyshev.chebvander(at, DEGREE) @ _chebyshev(DEGREE)[1]
 
 
-def _evaluate(ends: Array, coefficients: Array, t: Array, side: Array, first: int = 0) -> Array:
-    """Piecewise Chebyshev sums at times t, each in the piece that holds the time in `side`."""
-    piece = np.clip(
-        np.searchsorted(ends, side, side="right") - 1, first, first + len(coefficients) - 1
-    )
+def _evaluate(ends: Array, coefficients: Array, base: float, t: Array, side: Array) -> Array:
+    """Piecewise Chebyshev sums at times base + t, each in the piece that `side` lies in."""
+    piece = np.clip(np.searchsorted(ends, side, side="right") - 1, 0, len(coefficients) - 1)
     a, b = ends[piece], ends[piece + 1]
-    xi = (2 * (t - a) / (b - a) - 1)[:, None]
-    c = coefficients[piece - first]
-    high, low = np.zeros_like(c[:, 0]), np.zeros_like(c[:, 0])
-    for k in range(c.shape[1] - 1, 0, -1):
-        high, low = c[:, k] + 2 * xi * high - low, high
-    return np.asarray(c[:, 0] + xi * high - low)
+    xi = 2 * ((base - a) + t) / (b - a) - 1
+    if len(t) < 100:  # fewer calls, which then cost more than what they compute
+        basis = np.polynomial.chebyshev.chebvander(xi, DEGREE)
+        return np.asarray((basis[:, :, None] * coefficients[piece]).sum(axis=1))
+    xi = xi[:, None]
+    c = coefficients.transpose(1, 0, 2)
+    high = low = np.zeros((len(t), coefficients.shape[2]))
+    for row in c[:0:-1]:
+        high, low = row[piece] + 2 * xi * high - low, high
+    return np.asarray(c[0][piece] + xi * high - low)

@@ -24,8 +24,7 @@ def rightmost(system: DelaySystem, n: int) -> Complex:
     One more is given where the nth would be split from its conjugate; fewer where the system has
     no more. Simple roots are right to about 1e-12 relative.
     """
-    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 0:
-        raise InputError(f"poles: n = {n!r} is not usable; give a whole number of 0 or more.")
+    _check_number(n)
     system = delays_in_loops(system)
     if not system.delays:
         return _first(np.linalg.eigvals(system.A).astype(complex), n)
@@ -39,6 +38,49 @@ def rightmost(system: DelaySystem, n: int) -> Complex:
         if len(found) >= n or len(system.A) == 0:
             break
     return _first(np.array(found, complex), n) / unit
+
+
+def _check_number(n: int) -> None:
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 0:
+        raise InputError(f"poles: n = {n!r} is not usable; give a whole number of 0 or more.")
+
+
+def poles(system: DelaySystem, n: int) -> Complex:
+    """The n rightmost poles of a one-input, one-output system: those roots that its response shows.
+
+    A root that cancels against a zero, as the plant's own in a perfect Smith predictor, leaves no
+    residue: the transfer function is integrated round each, order by order.
+    """
+    _check_number(n)
+    hidden = 0
+    while True:
+        found = rightmost(system, n + hidden)
+        shown = _shown(system, found)
+        missing = min(n, len(found)) - len(shown)
+        if missing <= 0 or len(found) < n + hidden:
+            return _first(shown, n)
+        hidden += missing
+
+
+def _shown(system: DelaySystem, found: Complex) -> Complex:
+    """The roots that are poles of the transfer function, as often as their order there."""
+    unit = 1 / float(max(system.delays, default=1))
+    out: list[complex] = []
+    distinct: list[complex] = []
+    for root in found:
+        if all(abs(root - other) > CLUSTER * (abs(root) + unit) for other in distinct):
+            distinct.append(root)
+    turn = np.exp(2j * np.pi * (np.arange(32) + 0.5) / 32)
+    for root in distinct:
+        others = [abs(root - other) for other in distinct if other != root]
+        radius = 0.2 * min([*others, abs(root) + unit])
+        values = system.transfer(root + radius * turn)[:, 0, 0]
+        size = np.abs(values).mean()
+        most = int((np.abs(found - root) <= CLUSTER * (np.abs(root) + unit)).sum())
+        # a_k, the coefficient of (s − root)^−(k+1), relative to |H| on the circle.
+        order = [abs((values * turn ** (k + 1)).mean()) > 1e-9 * size for k in range(most)]
+        out += [root] * max((k + 1 for k in range(most) if order[k]), default=0)
+    return _ordered(np.array(out, complex))
 
 
 def delays_in_loops(system: DelaySystem) -> DelaySystem:

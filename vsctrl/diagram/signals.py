@@ -1,137 +1,388 @@
-"""Test signals: what a channel can be asked to respond to.
+"""Test signals: what a channel can be asked to respond to, and how they are put together.
 
-Each starts at t = 0 and is smooth afterwards, so it is known to the response engine as one smooth
-function and the jumps of its derivatives at its start, and to the closed forms as its Laplace
-transform, for which its sizes may be symbols.
+A signal is a sum of terms, each a primitive that starts at its own time and is smooth from there
+on, so that the response engine can ask for the smooth sum of what has begun on a piece and for the
+jumps of its derivatives at each start, and closed forms for its Laplace transform, for which sizes
+may be symbols. Starts are rationals, as the delays are: a shifted signal and the echo of an earlier
+one meet at exactly the same time or do not meet at all.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, fields, replace
+from fractions import Fraction
 from numbers import Real
-from typing import Any, Protocol
+from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from vsctrl.diagram.quantities import check_number, late_by, positive, rational
 from vsctrl.errors import InputError
 
 Array = NDArray[np.float64]
 
-
-class Signal(Protocol):
-    """Anything that is zero before t = 0 and smooth from there on."""
-
-    def __call__(self, t: Array) -> Array:
-        """The value at times t ≥ 0 (s), right limit at 0."""
-        ...
-
-    def laplace(self, s: Any) -> Any:
-        """Its Laplace transform, for a number or a symbol s."""
-        ...
-
-    def jumps(self, orders: int) -> Array:
-        """The jumps of the derivatives of order 0 … orders − 1 at t = 0."""
-        ...
+SIDES = ("left", "right")
 
 
-@dataclass(frozen=True)
-class _Checked:
+def beside(t: Array, side: str, span: float) -> Array:
+    """Times moved off a jump to the side that is asked for, by far more than they are rounded."""
+    return t + 1e-12 * span if side == "right" else t - 1e-12 * span
+
+
+class Signal:
+    """Zero before t = 0, and from there on a sum of terms; ``a + b``, ``-a``, ``2 * a``."""
+
+    __array_ufunc__ = None  # so that a NumPy number times a signal is left to the signal
+
+    @property
+    def terms(self) -> tuple[tuple[Fraction, Part], ...]:
+        """(start in seconds, what starts there), each a term of the sum."""
+        raise NotImplementedError
+
+    def scaled(self, factor: Any) -> Signal:
+        """The signal times a number."""
+        return _total((start, part.scaled(factor)) for start, part in self.terms)
+
+    def delayed(self, seconds: float | Fraction) -> Signal:
+        """The same signal, starting later by some seconds ≥ 0, kept as the decimal they print as.
+
+        Errors: `InputError` where the delay is no such number.
+        """
+        late = late_by("delayed", "seconds", seconds)
+        return _total((start + late, part) for start, part in self.terms)
+
+    def derivative(self) -> Signal | None:
+        """Its derivative, None where that would hold an impulse."""
+        slopes = [(start, part.derivative()) for start, part in self.terms]
+        found = [(start, slope) for start, slope in slopes if slope is not None]
+        if len(found) < len(slopes):
+            return None
+        return _total((start + at, part) for start, slope in found for at, part in slope.terms)
+
+    @property
+    def primitives(self) -> list[tuple[Fraction, Primitive]]:
+        """The terms with samples taken apart, in the order of their starts."""
+        flat: list[tuple[Fraction, Primitive]] = []
+        for start, part in self.terms:
+            flat += [(start + at, primitive) for at, primitive in part.changes]
+        return sorted(flat, key=lambda term: term[0])
+
+    def jumps(self, orders: int, start: Fraction | int = 0) -> Array:
+        """The jumps of the derivatives of order 0 … orders − 1 at a start (s)."""
+        return self.onsets(orders).get(Fraction(start), np.zeros(orders))
+
+    def onsets(self, orders: int) -> dict[Fraction, Array]:
+        """The jumps of the derivatives of order 0 … orders − 1 at each start (s)."""
+        found: dict[Fraction, Array] = {}
+        for start, primitive in self.primitives:
+            found[start] = found.get(start, np.zeros(orders)) + primitive.onset(orders)
+        return found
+
+    def __call__(self, t: ArrayLike, side: str = "right") -> Array:
+        """The value at times t (s): zero before it starts, at a jump the limit from that side."""
+        times = np.asarray(t, float)
+        seen = beside(times, side, float(np.abs(times).max(initial=0.0)))
+        total = np.zeros(times.shape)
+        for start, part in self.terms:
+            late = float(start)
+            total = total + np.where(seen >= late, part.smooth(times - late, seen - late), 0.0)
+        return np.asarray(total)
+
+    def laplace(self, s: Any, exp: Callable[[Any], Any] = np.exp) -> Any:
+        """Its Laplace transform at s, a number or a symbol.
+
+        Where a term starts later than 0, a symbol also needs its own exponential, ``exp=sympy.exp``
+        (and mpmath numbers ``exp=mpmath.exp``).
+        """
+        return sum(lag(start, s, exp) * part.laplace(s, exp) for start, part in self.terms)
+
+    def __add__(self, other: object) -> Signal:
+        """The sum of two signals; 0 may be one of them, as in Python's ``sum``."""
+        if isinstance(other, Signal):
+            return _total((*self.terms, *other.terms))
+        return self if isinstance(other, int) and other == 0 else NotImplemented
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Signal:
+        """The signal times −1."""
+        return self.scaled(-1)
+
+    def __sub__(self, other: object) -> Signal:
+        """The difference of two signals."""
+        return self + -other if isinstance(other, Signal) else NotImplemented
+
+    def __mul__(self, factor: object) -> Signal:
+        """The signal times a number or a symbol."""
+        return self.scaled(factor) if _is_size(factor) else NotImplemented
+
+    __rmul__ = __mul__
+
+
+class Part(Signal):
+    """What a term can be: a signal that is not a sum of others to those who add up terms."""
+
+    @property
+    def terms(self) -> tuple[tuple[Fraction, Part], ...]:
+        """Itself, from t = 0."""
+        return ((Fraction(0), self),)
+
+    @property
+    def changes(self) -> list[tuple[Fraction, Primitive]]:
+        """(start in seconds, primitive) of all that it is made of."""
+        raise NotImplementedError
+
+    def smooth(self, t: Array, seen: Array) -> Array:
+        """The value at t after the start; at a jump within, on the side that `seen` is on."""
+        raise NotImplementedError
+
+    def scaled(self, factor: Any) -> Self:
+        """The signal times a number."""
+        raise NotImplementedError
+
+
+class Primitive(Part):
+    """A term that starts at t = 0 and is smooth from there on; all are frozen dataclasses.
+
+    `size` names the field it is proportional to.
+    """
+
+    size: ClassVar[str]
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
     def __post_init__(self) -> None:
         for field in fields(self):
-            value = getattr(self, field.name)
-            if hasattr(value, "free_symbols"):  # a SymPy expression, for closed forms
-                continue
-            real = isinstance(value, Real) and not isinstance(value, bool)
-            if not real or not math.isfinite(value):
-                raise InputError(
-                    f"{type(self).__name__}: {field.name} = {value!r} is not usable; "
-                    "give a finite number."
-                )
+            check_number(type(self).__name__, field.name, getattr(self, field.name))
 
-    def _power(self, t: Array, factor: float, order: int) -> Array:
-        return factor * t**order / math.factorial(order)
+    @property
+    def changes(self) -> list[tuple[Fraction, Primitive]]:
+        """Itself, from t = 0."""
+        return [(Fraction(0), self)]
 
-    def _jump(self, orders: int, factor: float, order: int) -> Array:
+    @property
+    def values(self) -> tuple[Any, ...]:
+        """The values of its fields, in their order."""
+        return tuple(getattr(self, field.name) for field in fields(self))
+
+    @property
+    def kind(self) -> tuple[Any, ...]:
+        """What two primitives must share for their sizes to add up."""
+        others = (f.name for f in fields(self) if f.name != self.size)
+        return (type(self), *(getattr(self, name) for name in others))
+
+    def scaled(self, factor: Any) -> Self:
+        """The signal times a number."""
+        return replace(self, **{self.size: factor * getattr(self, self.size)})
+
+    @staticmethod
+    def formula(t: Array, *values: Any) -> Array:
+        """The value t ≥ 0 after the start, as a function of t and of the fields in their order."""
+        raise NotImplementedError
+
+    def smooth(self, t: Array, seen: Array) -> Array:
+        """The value at t after the start, continued smoothly before it."""
+        return self.formula(t, *self.values)
+
+    def onset(self, orders: int) -> Array:
+        """The jumps of its derivatives at its start."""
+        raise NotImplementedError
+
+
+class Power(Primitive):
+    """size · t^order/order!, the size being its only field."""
+
+    order: ClassVar[int]
+
+    def onset(self, orders: int) -> Array:
+        """The jumps of its derivatives at its start."""
         out = np.zeros(orders)
-        out[order] = factor
+        out[self.order] = self.values[0]
         return out
+
+    def laplace(self, s: Any, exp: Callable[[Any], Any] = np.exp) -> Any:
+        """Its Laplace transform at s, a number or a symbol."""
+        return self.values[0] / s ** (self.order + 1)
 
 
 @dataclass(frozen=True)
-class Step(_Checked):
+class Step(Power):
     """u(t) = amplitude."""
 
     amplitude: float = 1.0
+    size = "amplitude"
+    order = 0
 
-    def __call__(self, t: Array) -> Array:
-        """The value at times t ≥ 0 (s)."""
-        return self._power(t, self.amplitude, 0)
+    @staticmethod
+    def formula(t: Array, *values: Any) -> Array:
+        """The value at t ≥ 0."""
+        return np.asarray(values[0] + 0.0 * t)
 
-    def laplace(self, s: Any) -> Any:
-        """Its Laplace transform, for a number or a symbol s."""
-        return self.amplitude / s
-
-    def jumps(self, orders: int) -> Array:
-        """The jumps of its derivatives at t = 0."""
-        return self._jump(orders, self.amplitude, 0)
+    def derivative(self) -> Signal | None:
+        """None: it would be an impulse."""
+        return None
 
 
 @dataclass(frozen=True)
-class Ramp(_Checked):
+class Ramp(Power):
     """u(t) = slope · t, slope in units per second."""
 
     slope: float = 1.0
+    size = "slope"
+    order = 1
 
-    def __call__(self, t: Array) -> Array:
-        """The value at times t ≥ 0 (s)."""
-        return self._power(t, self.slope, 1)
+    @staticmethod
+    def formula(t: Array, *values: Any) -> Array:
+        """The value at t ≥ 0."""
+        return np.asarray(values[0] * t)
 
-    def laplace(self, s: Any) -> Any:
-        """Its Laplace transform, for a number or a symbol s."""
-        return self.slope / s**2
-
-    def jumps(self, orders: int) -> Array:
-        """The jumps of its derivatives at t = 0."""
-        return self._jump(orders, self.slope, 1)
+    def derivative(self) -> Signal | None:
+        """A step."""
+        return Step(self.slope)
 
 
 @dataclass(frozen=True)
-class Parabola(_Checked):
+class Parabola(Power):
     """u(t) = acceleration · t²/2, acceleration in units per second squared."""
 
     acceleration: float = 1.0
+    size = "acceleration"
+    order = 2
 
-    def __call__(self, t: Array) -> Array:
-        """The value at times t ≥ 0 (s)."""
-        return self._power(t, self.acceleration, 2)
+    @staticmethod
+    def formula(t: Array, *values: Any) -> Array:
+        """The value at t ≥ 0."""
+        return np.asarray(values[0] * t**2 / 2)
 
-    def laplace(self, s: Any) -> Any:
-        """Its Laplace transform, for a number or a symbol s."""
-        return self.acceleration / s**3
-
-    def jumps(self, orders: int) -> Array:
-        """The jumps of its derivatives at t = 0."""
-        return self._jump(orders, self.acceleration, 2)
+    def derivative(self) -> Signal | None:
+        """A ramp."""
+        return Ramp(self.acceleration)
 
 
 @dataclass(frozen=True)
-class Sine(_Checked):
+class Sine(Primitive):
     """u(t) = amplitude · sin(omega t), omega in rad/s."""
 
     omega: float
     amplitude: float = 1.0
+    size = "amplitude"
 
-    def __call__(self, t: Array) -> Array:
-        """The value at times t ≥ 0 (s)."""
-        return np.asarray(self.amplitude * np.sin(self.omega * t))
+    @staticmethod
+    def formula(t: Array, *values: Any) -> Array:
+        """The value at t ≥ 0."""
+        omega, amplitude = values
+        return np.asarray(amplitude * np.sin(omega * t))
 
-    def laplace(self, s: Any) -> Any:
-        """Its Laplace transform, for a number or a symbol s."""
-        return self.amplitude * self.omega / (s**2 + self.omega**2)
-
-    def jumps(self, orders: int) -> Array:
-        """The jumps of its derivatives at t = 0."""
+    def onset(self, orders: int) -> Array:
+        """The jumps of its derivatives at its start."""
         k = np.arange(orders)
         return np.asarray(self.amplitude * self.omega**k * np.array([0.0, 1.0, 0.0, -1.0])[k % 4])
+
+    def laplace(self, s: Any, exp: Callable[[Any], Any] = np.exp) -> Any:
+        """Its Laplace transform at s, a number or a symbol."""
+        return self.amplitude * self.omega / (s**2 + self.omega**2)
+
+    def derivative(self) -> Signal | None:
+        """A cosine."""
+        return Cosine(self.omega, self.amplitude * self.omega)
+
+
+@dataclass(frozen=True)
+class Cosine(Primitive):
+    """u(t) = amplitude · cos(omega t) from t = 0, omega in rad/s: what a sine's derivative is."""
+
+    omega: float
+    amplitude: float = 1.0
+    size = "amplitude"
+
+    @staticmethod
+    def formula(t: Array, *values: Any) -> Array:
+        """The value at t ≥ 0."""
+        omega, amplitude = values
+        return np.asarray(amplitude * np.cos(omega * t))
+
+    def onset(self, orders: int) -> Array:
+        """The jumps of its derivatives at its start."""
+        k = np.arange(orders)
+        return np.asarray(self.amplitude * self.omega**k * np.array([1.0, 0.0, -1.0, 0.0])[k % 4])
+
+    def laplace(self, s: Any, exp: Callable[[Any], Any] = np.exp) -> Any:
+        """Its Laplace transform at s, a number or a symbol."""
+        return self.amplitude * s / (s**2 + self.omega**2)
+
+    def derivative(self) -> Signal | None:
+        """None: it would start with an impulse."""
+        return None
+
+
+@dataclass(frozen=True)
+class Pulse(Signal):
+    """u(t) = amplitude for t < width (s), then zero.
+
+    Errors: `InputError` where the width is not a positive number or the amplitude not finite.
+    """
+
+    width: float
+    amplitude: float = 1.0
+
+    def __post_init__(self) -> None:
+        positive("Pulse", "width", self.width)
+        check_number("Pulse", "amplitude", self.amplitude)
+
+    @property
+    def terms(self) -> tuple[tuple[Fraction, Part], ...]:
+        """A step up and a step down."""
+        end = rational(self.width)
+        return ((Fraction(0), Step(self.amplitude)), (end, Step(-self.amplitude)))
+
+    def scaled(self, factor: Any) -> Pulse:
+        """The signal times a number."""
+        return replace(self, amplitude=factor * self.amplitude)
+
+
+@dataclass(frozen=True)
+class Combination(Signal):
+    """A sum of terms; made by ``+``, ``-``, ``*`` and `delayed`."""
+
+    parts: tuple[tuple[Fraction, Part], ...]
+
+    @property
+    def terms(self) -> tuple[tuple[Fraction, Part], ...]:
+        """(start in seconds, what starts there)."""
+        return self.parts
+
+
+def _total(terms: Iterable[tuple[Fraction, Part]]) -> Signal:
+    """The sum of terms, those of one kind and start added up."""
+    sums: dict[Any, tuple[Fraction, Part]] = {}
+    for start, part in terms:
+        key = (start, *part.kind) if isinstance(part, Primitive) else (start, id(part), len(sums))
+        if isinstance(part, Primitive) and key in sums:
+            before = getattr(sums[key][1], part.size)
+            part = replace(part, **{part.size: before + getattr(part, part.size)})
+        sums[key] = (start, part)
+    kept = tuple(term for term in sums.values() if _matters(term[1]))
+    if len(kept) == 1 and kept[0][0] == 0:
+        return kept[0][1]
+    return Combination(kept)
+
+
+def _matters(part: Part) -> bool:
+    return not isinstance(part, Primitive) or bool(getattr(part, part.size) != 0)
+
+
+def lag(start: Fraction, s: Any, exp: Callable[[Any], Any]) -> Any:
+    """e^{−start·s}; 1 without an exponential for what starts at 0."""
+    if start == 0:
+        return 1
+    try:
+        return exp(-(start if hasattr(s, "free_symbols") else float(start)) * s)
+    except TypeError as error:
+        raise InputError(
+            f"laplace: s = {s} is a symbol and the signal starts late; give exp=sympy.exp."
+        ) from error
+
+
+def _is_size(value: object) -> bool:
+    return isinstance(value, Real) or hasattr(value, "free_symbols")

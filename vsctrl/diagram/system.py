@@ -6,27 +6,28 @@ function, to the module that knows how, and wraps what comes back in the ecosyst
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.diagram import count, delay, frequency, pade, response, roots, transfer
-from vsctrl.diagram.blocks import exact_number
-from vsctrl.diagram.signals import Parabola, Ramp, Sine, Step
-from vsctrl.errors import InputError
+from vsctrl.diagram import count, crosscheck, delay, frequency, pade, response, roots, transfer
+from vsctrl.diagram.blocks import Block, exact_number
+from vsctrl.diagram.signals import SIDES, Signal
+from vsctrl.errors import ImproperError, InputError
+from vsctrl.symbols import s as symbol_s
 
 if TYPE_CHECKING:
     import control
     import sympy as sp
 
     from vsctrl.diagram.diagram import Diagram
+    from vsctrl.diagram.sampled import SampledSystem
 
 Array = NDArray[np.float64]
-Signal = Step | Ramp | Parabola | Sine
 Complex = NDArray[np.complex128]
 
 
@@ -60,16 +61,35 @@ class System:
         opened = System(self.diagram.open(signal), self.values)
         return OpenLoop(opened, f"{signal}__cut", signal, sign=-1)
 
+    def sampled(
+        self, period: float, hold: str = "T", digital: Mapping[str, str] | None = None
+    ) -> SampledSystem:
+        """The exact twin in z with a zero-order hold at the signal `hold`, sampled every `period`.
+
+        `period` in s. Everything but the held signal stays continuous, delays of any length exact;
+        external inputs are sampled and held too. The loop is closed after the hold is in it, which
+        is not the same as sampling the closed continuous loop. `digital` names blocks that run in
+        the computer and their method, ``{"feed-forward": "backward", "PI": "tustin"}``; improper
+        blocks before the hold must be among them. Errors: `InputError`, see `SampledSystem`.
+        """
+        from vsctrl.diagram.sampled import SampledSystem
+
+        return SampledSystem(self, period, hold, {} if digital is None else digital)
+
     def poles(self, n: int = 6) -> Complex:
         """The n rightmost characteristic roots of the whole diagram (rad/s), delays exact."""
         return roots.rightmost(self.autonomous, n)
+
+    def check(self) -> crosscheck.CrossCheck:
+        """Every face against every other, on this system's own numbers."""
+        return crosscheck.crosscheck(self)
 
     def roots_right_of(self, sigma: float = 0.0) -> count.RootsRight:
         """The characteristic roots right of Re s = sigma (rad/s), with a certifying count."""
         return count.roots_right_of(self.autonomous, sigma)
 
     def root_locus(self, parameter: str, values: ArrayLike, n: int = 6) -> Complex:
-        """The n rightmost roots (rad/s) at each value of a parameter, (len(values), n), exact delay.
+        """The n rightmost roots (rad/s) at each value of a parameter, (len(values), n).
 
         Roots fall by real part along each row; NaN stands where there are fewer than n.
         """
@@ -171,40 +191,66 @@ class Channel:
             name=f"{self.source} to {self.target}",
         )
 
-    def response(self, signal: Signal, t: ArrayLike) -> control.TimeResponseData:
-        """The exact-delay response from rest at times t ≥ 0 (s), right limits where it jumps.
+    def response(
+        self, signal: Signal, t: ArrayLike, side: str = "right"
+    ) -> control.TimeResponseData:
+        """The exact-delay response from rest at times t ≥ 0 (s).
 
-        `signal` is a `Step`, `Ramp`, `Parabola` or `Sine`.
+        `signal` is a `Step`, `Ramp`, `Parabola`, `Sine`, `Pulse` or `Samples`, or sums, multiples
+        and later copies of these. Where the output or the signal jumps, the limit from `side` is
+        given, "right" or "left" (before t = 0 all is at rest).
+        An improper channel answers what is smooth enough: T of figure 1 a ramp, but not a step.
+        Errors: `InputError` for what is no signal or no time, and for an impulse; `LimitError`
+        where the jumps of a neutral loop become too many.
         """
-        if not isinstance(signal, Signal):
-            raise InputError(
-                f"response: {signal!r} is no signal; give a Step(…), Ramp(…), Parabola(…) or "
-                "Sine(…)."
-            )
-        if any(hasattr(getattr(signal, f.name), "free_symbols") for f in fields(signal)):
-            raise InputError(f"response: {signal} holds symbols; give it numbers.")
+        _check_signal(signal)
+        if side not in SIDES:
+            raise InputError(f"response: side = {side!r} is unknown; give 'right' or 'left'.")
         import control
 
         times = _times(t)
-        # A little further, so that a jump at the last time is seen from its right.
-        horizon = max(float(times.max()) * (1 + 1e-6), 1e-12)
-        y = self.sign * response.solve(self.realisation, signal, horizon)(times)
+        system, eased = self._proper(signal)
+        y = self.sign * response.respond(system, eased, times, side)
         return control.TimeResponseData(
             times,
             y.T,
-            inputs=signal(times)[None, :],
+            inputs=signal(times, side)[None, :],
             issiso=True,
             input_labels=[self.source],
             output_labels=[self.target],
         )
 
+    def _proper(self, signal: Signal) -> tuple[delay.DelaySystem, Signal]:
+        """A proper system and a signal that together answer as this channel does.
+
+        H u = (H/s) u′: where H is improper, u is differentiated and integrated again inside.
+        """
+        try:
+            return self.realisation, signal
+        except ImproperError as refused:
+            slope = signal.derivative()
+            if slope is None:
+                raise
+            try:
+                return self._integrated()._proper(slope)
+            except ImproperError:
+                raise refused from None
+
+    def _integrated(self) -> Channel:
+        """The channel from the derivative of its source."""
+        diagram, slope = self.system.diagram, f"{self.source}__slope"
+        parts = [Block(f"integral of {self.source}", 1 / symbol_s, f"{slope} -> {self.source}")]
+        inputs = [slope if name == self.source else name for name in diagram.inputs]
+        longer = type(diagram)([*parts, *diagram.parts], inputs, diagram.outputs)
+        return Channel(System(longer, self.system.values), slope, self.target, self.sign)
+
     def poles(self, n: int = 6) -> Complex:
         """The n rightmost poles of this channel (rad/s), delays exact.
 
         Characteristic roots that the channel's input does not excite or its output does not show
-        are left out, which is decided by the wiring.
+        are left out.
         """
-        return roots.rightmost(self.realisation, n)
+        return roots.poles(self.realisation, n)
 
     def pade(self, order: int) -> control.StateSpace:
         """The channel with each delay replaced by its Padé model of this order."""
@@ -228,6 +274,21 @@ class OpenLoop(Channel):
         rates = np.concatenate([np.abs(np.linalg.eigvals(system.A)), 1 / late])
         unstable = count.count_right_of(system.closed(self.sign), -1e-12)
         return frequency.margins(self, rates, float(late.sum()), unstable)
+
+
+def _check_signal(signal: object) -> None:
+    if not isinstance(signal, Signal):
+        raise InputError(
+            f"response: {signal!r} is no signal; give a Step(…), Ramp(…), Parabola(…), Sine(…), "
+            "Pulse(…), Samples(…) or a sum of these."
+        )
+    symbolic = any(
+        hasattr(value, "free_symbols")
+        for _, primitive in signal.primitives
+        for value in primitive.values
+    )
+    if symbolic:
+        raise InputError(f"response: {signal} holds symbols; give it numbers.")
 
 
 def _times(t: ArrayLike) -> Array:

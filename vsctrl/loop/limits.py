@@ -82,7 +82,7 @@ def _value(
 @cache
 def _continuous_limit() -> sp.Expr:
     """Solve |L(jω)| = 1 and arg L(jω) = −π for λ, L from the diagram opened at S_meas."""
-    loop = _loop_transfer()
+    loop = loop_transfer()
     rational = sp.simplify(loop * sp.exp(tau * s)).subs(s, sp.I * omega)
     turned = sp.simplify(sp.arg(rational)) - omega * tau
     at = sp.solve(sp.Eq(turned, -sp.pi), omega)[0]
@@ -106,7 +106,8 @@ def _sampled_limit() -> sp.Expr:
 
 
 @cache
-def _loop_transfer() -> sp.Expr:
+def loop_transfer() -> sp.Expr:
+    """L = κλe^{−τs}/s of figure 1 opened at S_meas, from the diagram, with ℓ = κℓ̂."""
     opened = figure1.open("S_meas")
     loop = -opened.transfer("S_meas__cut", "S_meas")
     return loop.subs(ell, kappa * ell_hat)
@@ -116,7 +117,7 @@ def _loop_transfer() -> sp.Expr:
 def _pulse_transfer() -> sp.Expr:
     """Zero-order hold in front of figure 1's plant: (z − 1)/z · Z{L⁻¹[G(s)/s]} by its samples."""
     t, k = sp.Symbol("t", positive=True), sp.Symbol("k", integer=True, nonnegative=True)
-    plant = sp.simplify(_loop_transfer() * sp.exp(tau * s))
+    plant = sp.simplify(loop_transfer() * sp.exp(tau * s))
     step = sp.inverse_laplace_transform(plant / s, s, t).subs(t, k * T_s)
     samples = sp.summation(sp.expand(step) * z**-k, (k, 0, sp.oo))
     # The first case is that of the circle |z| > 1 on which the sum converges.
@@ -127,7 +128,7 @@ def _pulse_transfer() -> sp.Expr:
 @cache
 def _continuous_double_root() -> sp.Expr:
     """p = s + κλe^{−τs} and p′ = 0 at once: λ solves p = 0, and then p′ = 0 gives s."""
-    gain = sp.solve(1 + _loop_transfer(), lam)[0]
+    gain = sp.solve(1 + loop_transfer(), lam)[0]
     at = sp.solve(sp.simplify(sp.diff(gain, s) * sp.exp(-tau * s)), s)[0]
     return sp.simplify(gain.subs(s, at))
 

@@ -11,6 +11,7 @@ from typing import Any
 import sympy as sp
 
 from vsctrl.diagram import Parabola, Ramp, Sine, Step
+from vsctrl.diagram.blocks import delays_as_symbols
 from vsctrl.diagram.diagram import nearest
 from vsctrl.errors import InputError
 from vsctrl.loop import values as check
@@ -88,9 +89,48 @@ def _error_constants(placement: Placement) -> tuple[sp.Expr, ...]:
 
     The transfer function is analytic at 0, where its denominator is κλ.
     """
-    transfer = tracking_transfer(placement)
-    taylor = [sp.diff(transfer, s, k).subs(s, 0) / sp.factorial(k) for k in range(3)]
-    return tuple(_latency_apart(sp.expand(sp.simplify(c))) for c in taylor)
+    constants = error_constants(tracking_transfer(placement))
+    return tuple(_latency_apart(c) for c in constants)
+
+
+def error_constants(transfer: sp.Expr) -> tuple[sp.Expr, ...]:
+    """e₀, e₁, e₂ of a transfer function e₀ + e₁ s + e₂ s² + … rational in s and constant delays.
+
+    Powers of s that numerator and denominator share are cancelled after the delays are expanded,
+    so a hidden integrator does not disturb. Errors: `InputError` for a pole at s = 0.
+    """
+    plain, delays = delays_as_symbols(transfer, "transfer")
+    fraction = sp.fraction(sp.cancel(sp.together(plain)))
+    # A sum of n exponentials times polynomials of degree m vanishes at most to order n (m + 1) − 1.
+    order = max(_most_zeros(part, tuple(delays)) for part in fraction) + 3
+    near = {q: _late_series(late, order) for q, late in delays.items()}
+    num, den = (_power_series(part.xreplace(near), order) for part in fraction)
+    first = next(k for k, c in enumerate(den) if c != 0)
+    if any(c != 0 for c in num[:first]):
+        raise InputError(
+            f"error_constants: {transfer} is infinite at s = 0; give one that a step leaves finite."
+        )
+    num, den = num[first:], den[first:]
+    found: list[sp.Expr] = []
+    for k in range(3):
+        rest = num[k] - sum(den[k - i] * found[i] for i in range(k))
+        found.append(sp.expand(sp.factor(rest / den[0])))
+    return tuple(found)
+
+
+def _most_zeros(expr: sp.Expr, delays: tuple[sp.Symbol, ...]) -> int:
+    powers = sp.Poly(expr, s, *delays).monoms()
+    return len({power[1:] for power in powers}) * (max(power[0] for power in powers) + 1)
+
+
+def _late_series(late: sp.Expr, order: int) -> sp.Expr:
+    return sp.Add(*[(-late * s) ** k / sp.factorial(k) for k in range(order)])
+
+
+def _power_series(expr: sp.Expr, order: int) -> list[sp.Expr]:
+    """The coefficients of s⁰ … sᵒʳᵈᵉʳ⁻¹ of a polynomial in s."""
+    poly = sp.Poly(expr, s)
+    return [sp.expand(poly.coeff_monomial(s**k)) for k in range(order)]
 
 
 def _latency_apart(error: sp.Expr) -> sp.Expr:

@@ -1,0 +1,177 @@
+"""Figure 1 made tolerant of its delay: ready diagrams, and their steady errors in closed form.
+
+Each remedy for dead time buys something and costs something; side by side, and derived from their
+diagrams by one rule, it can be seen what. The remedy that needs nothing but a late reference,
+alignment, is `diagram("aligned")`.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from functools import cache
+from typing import Any
+
+import sympy as sp
+
+from vsctrl.diagram import Block, Diagram, Parabola, Ramp, Step, Sum
+from vsctrl.diagram.blocks import exact_number
+from vsctrl.diagram.diagram import nearest
+from vsctrl.errors import InputError
+from vsctrl.loop import values as check
+from vsctrl.loop.figure1 import Placement, check_placement, diagram
+from vsctrl.loop.tracking import error_constants
+from vsctrl.symbols import T_i, ell, ell_hat, h, kappa, lam, s, tau, tau_hat
+
+_ORDER: dict[type, int] = {Step: 0, Ramp: 1, Parabola: 2}
+
+
+def preview(placement: Placement = "measurement") -> Diagram:
+    """Figure 1 fed with a reference that is known h seconds early: S_ref(t) = S*(t + h).
+
+    Input S_ref, the previewed reference; output S; `S_star` is the reference of now, S_ref late by
+    h, with which the true error compares. Parameters of `diagram` and h (s).
+    On a ramp of slope v the error is that of figure 1 plus vh: it buys back a lag, exactly at
+    h = (1 − k_ff κ)/(κλ) − τ, with the poles where they were. It costs a lead of vh where nothing
+    lagged, and a start h early that a step shows as an error before the step.
+    """
+    check_placement(placement)
+    return _preview(placement)
+
+
+@cache
+def previewed_feedforward() -> Diagram:
+    """Figure 1 with a late actuator whose feed-forward alone is h early; the comparison is not.
+
+    Signals and parameters as for `preview`. At h = τ with k_ff κ = 1 the error vanishes for every
+    reference, since what is applied late was asked for early: the dual of alignment, which does
+    this for a late measurement. It costs knowing S* and its slope τ ahead, and a mismatch
+    δ = h − τ costs the parabola error aδ/(κλ); the poles stay.
+    """
+    edited = _edited(
+        diagram("actuator"),
+        {"e": Sum("e = S_star - S_meas")},
+        Block("now", sp.exp(-h * s), "S_ref -> S_star"),
+    )
+    return Diagram(edited, inputs=["S_ref"], outputs=["S", "S_star"])
+
+
+@cache
+def smith() -> Diagram:
+    """Figure 1 with a Smith predictor: the law sees S_pred, what a model says S_meas will become.
+
+    Input S_ref, output S, measured S_meas. The model is that of the law, ell_hat/s and tau_hat
+    (s): S_ahead = (ℓ̂/s)(1 − e^{−τ̂s}) T is what the twists of the last τ̂ seconds add.
+    With κ = 1 and τ̂ = τ the characteristic equation is s + λ = 0, stable for every λ. A mismatch
+    δ = τ − τ̂ limits it, never below λ|δ| = 1 (see `smith_gain_limit`), and so does κ > 2. It
+    costs a hidden pole at 0: the model integrates, so its rounding or bias does not decay unless
+    it is computed as a sum over the last τ̂ seconds. The error on a ramp of slope v is
+    v[τ − τ̂/κ − (1 − k_ff κ)/(κλ)]. Source: Smith, Chem. Eng. Prog. 53 (1957) 217–219.
+    """
+    edited = _edited(
+        diagram(),
+        {"e": Sum("e = S_ref - S_pred")},
+        Block("model", ell_hat * (1 - sp.exp(-tau_hat * s)) / s, "T -> S_ahead"),
+        Sum("S_pred = S_meas + S_ahead"),
+    )
+    return Diagram(edited, inputs=["S_ref"], outputs=["S"])
+
+
+def pi(placement: Placement = "measurement") -> Diagram:
+    """Figure 1 with the gain λ(1 + 1/(Tᵢs)) in place of λ; T_i in s.
+
+    Input S_ref, output S, measured S_meas. The integral nulls the error *that the law sees* on a
+    ramp, whatever κ and k_ff: the true error is 0 with the latency in the actuator or aligned, but
+    vτ with a late measurement, where the law is satisfied and wrong. It costs stability: Tᵢ > τ,
+    a gain below `pi_gain_limit`, which is less than without, and overshoot after every step.
+    """
+    check_placement(placement)
+    return _pi(placement)
+
+
+def tracking_errors(
+    diagram: Diagram,
+    signal: Step | Ramp | Parabola,
+    *,
+    output: str = "S",
+    reference: str | None = None,
+    **values: float | sp.Expr,
+) -> sp.Expr:
+    """The steady value of output − reference in closed form, κ = ℓ/ℓ̂; negative is behind.
+
+    `reference` is a signal, S_star where the diagram has one, else S_ref; `output` S_meas against
+    it is the measured error. The first input takes the `signal`, whose sizes are numbers or
+    symbols; `values` (SI, by the parameters' keywords, with kappa for ell) are put in. Final-value
+    theorem: it holds where the loop is stable. Infinite where a lower error constant is not zero.
+    Errors: `InputError` for a signal without a steady error, an unknown signal name or parameter.
+    """
+    if type(signal) not in _ORDER:
+        raise InputError(
+            f"tracking_errors: {signal!r} has no steady error; give a Step, Ramp or Parabola."
+        )
+    if reference is None:
+        reference = "S_star" if "S_star" in diagram.signals else diagram.inputs[0]
+    diagram.require(output)
+    diagram.require(reference)
+    known = _known(diagram, values)
+    size = getattr(signal, fields(signal)[0].name)
+    constants = [c.subs(known) for c in _constants(diagram, output, reference)]
+    order = _ORDER[type(signal)]
+    for below in constants[:order]:
+        if sp.simplify(below) != 0:
+            return sp.oo * sp.sign(below * size)
+    return constants[order] * size
+
+
+@cache
+def _preview(placement: Placement) -> Diagram:
+    parts = (*diagram(placement).parts, Block("now", sp.exp(-h * s), "S_ref -> S_star"))
+    return Diagram(parts, inputs=["S_ref"], outputs=["S", "S_star"])
+
+
+@cache
+def _pi(placement: Placement) -> Diagram:
+    gain = Block("gain", lam * (1 + 1 / (T_i * s)), "e -> u_fb")
+    edited = _edited(diagram(placement), {"u_fb": gain})
+    return Diagram(edited, inputs=["S_ref"], outputs=["S"])
+
+
+def _edited(
+    base: Diagram, changed: Mapping[str, Block | Sum], *added: Block | Sum
+) -> list[Block | Sum]:
+    """The parts of a diagram with those that drive some signals replaced, and more."""
+    return [*(changed.get(part.output, part) for part in base.parts), *added]
+
+
+@cache
+def _constants(diagram: Diagram, output: str, reference: str) -> tuple[sp.Expr, ...]:
+    source = diagram.inputs[0]
+
+    def to(signal: str) -> sp.Expr:
+        return sp.Integer(1) if signal == source else diagram.transfer(source, signal)
+
+    error = (to(output) - to(reference)).subs(ell, kappa * ell_hat)
+    return error_constants(error)
+
+
+def _known(diagram: Diagram, values: Mapping[str, Any]) -> dict[sp.Symbol, sp.Expr]:
+    """Symbol → value, decimals exactly as they read, so that what cancels is 0."""
+    names = diagram.parameters
+    if names.keys() >= {"ell", "ell_hat"}:
+        names = {**{k: a for k, a in names.items() if k != "ell"}, "kappa": kappa}
+    for name, value in values.items():
+        if name not in names:
+            raise InputError(
+                f"tracking_errors: there is no value {name!r}{nearest(name, names)}; "
+                f"give some of {', '.join(names)}."
+            )
+        if not check.is_symbolic(value):
+            _checker(names[name])(f"tracking_errors: {name}", value)
+    return {
+        names[name]: value if isinstance(value, sp.Expr) else sp.Rational(exact_number(value, name))
+        for name, value in values.items()
+    }
+
+
+def _checker(symbol: sp.Symbol) -> Callable[[str, Any], float]:
+    if symbol in (tau, tau_hat, h):
+        return check.delay
+    return check.positive if symbol.is_positive else check.number
