@@ -292,3 +292,11 @@ def test_limits_refuse_what_is_no_delay_or_time(bad):
     ):
         with pytest.raises(InputError, match="give"):
             ask()
+
+
+def test_an_error_that_cancels_exactly_does_not_stall_the_engine():
+    """S follows the ramp h late without any error: the delayed signals are nothing but rounding."""
+    system = loop.previewed_feedforward().at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1, h=0.08)
+    t = np.linspace(0.0, 10.0, 101)
+    S = system["S_ref", "S"].response(vs.Ramp(1.0), t).y.ravel()
+    np.testing.assert_allclose(S, np.maximum(t - 0.08, 0.0), atol=1e-13)

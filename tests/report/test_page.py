@@ -214,3 +214,16 @@ def test_the_main_job_as_typed_prints_a_summary_and_the_same_bytes_again(report_
     assert "/4" not in found.stdout and "Traceback" not in found.stderr
     for step in ("margins", "tracking", "six-degree", "page"):
         assert step in found.stderr
+
+
+def test_mathml_keeps_the_case_of_every_name():
+    """SymPy's own MathML printer turns L(s) into l(s)."""
+    import sympy
+
+    from vsctrl.report.page import mathml
+
+    names = ["L", "T", "S", "Z_x", "K", "k"]
+    text = mathml(sympy.Add(*(i * sympy.Symbol(name) for i, name in enumerate(names, 2))))
+    for name in ("L", "T", "S", "Z", "K", "k"):
+        assert f"<mi>{name}</mi>" in text
+    assert "<mi>l</mi>" not in text
