@@ -25,6 +25,7 @@ from vsctrl.diagram import (
     Step,
     Sum,
     response,
+    superpose,
 )
 from vsctrl.diagram.signals import Cosine
 from vsctrl.symbols import s
@@ -305,7 +306,7 @@ def test_many_samples_are_the_few_ones_superposed(hold, monkeypatch):
     ]
     channel = LOOP["S_ref", "S"]
     quick = [values(channel, u, t, side) for t in grids for side in ("left", "right")]
-    monkeypatch.setattr(response, "MANY_SAMPLES", 1000)
+    monkeypatch.setattr(superpose, "MANY_SAMPLES", 1000)
     slow = [values(channel, u, t, side) for t in grids for side in ("left", "right")]
     for a, b in zip(quick, slow, strict=True):
         np.testing.assert_allclose(a, b, atol=2e-12)

@@ -9,7 +9,6 @@ many delays long: what it needs of its own past is then part of the equations of
 
 from __future__ import annotations
 
-import heapq
 import math
 from bisect import bisect_right
 from dataclasses import dataclass
@@ -21,17 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.diagram.delay import DelaySystem
-from vsctrl.diagram.samples import Samples
-from vsctrl.diagram.signals import Combination, Power, Signal, beside
+from vsctrl.diagram.kinks import DEGREE, Kinks
+from vsctrl.diagram.signals import Power, Signal, beside
 from vsctrl.errors import LimitError
 
 Array = NDArray[np.float64]
 
-DEGREE = 20  #: of each piece; its last coefficients tell whether it was enough
-RESOLVED = 1e-14  #: size of those coefficients, relative to the largest value so far
-NEGLIGIBLE = 1e-17  #: effect of a kink, relative to the largest jump so far, that may be dropped
+RESOLVED = 1e-14  #: size of the last coefficients of a piece, relative to the largest value so far
 MAX_PIECES = 20_000  #: some ten seconds of work
-MANY_SAMPLES = 100  #: from there on samples are superposed instead of solved one by one
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -47,86 +43,6 @@ class Trajectory:
         seen = beside(t, side, self.ends[-1])
         y = _evaluate(self.ends, self.coefficients, 0.0, t, seen)
         return np.where((seen < 0)[:, None], 0.0, y)
-
-
-def respond(system: DelaySystem, signal: Signal, t: Array, side: str = "right") -> Array:
-    """The response of a one-input delay system to a signal, from rest, at times t ≥ 0 (s).
-
-    Long samples are answered by superposition of the response to one hold pulse, so that their
-    cost does not grow with what each of them would set ringing.
-    Errors: `LimitError` as `solve`.
-    """
-    # A little further, so that a jump at the last time is seen from its right.
-    horizon = max(float(t.max()) * (1 + 1e-6), 1e-12)
-    short, trains = [], []
-    for start, part in signal.terms:
-        if isinstance(part, Samples) and len(part.values) > MANY_SAMPLES:
-            unit, weights, rest = part.train
-            short += [(start + at, primitive) for at, primitive in rest.terms]
-            trains.append((start, _Train(unit, weights, part.period)))
-        else:
-            short.append((start, part))
-    y = solve(system, Combination(tuple(short)), horizon)(t, side)
-    for start, train in trains:
-        y = y + train.response(system, t - float(start), side, horizon)
-    return y
-
-
-@dataclass(frozen=True)
-class _Train:
-    """Σ weights[k] · unit(t − k·period), answered through the response to one `unit`."""
-
-    unit: Signal
-    weights: Array
-    period: float
-
-    def response(self, system: DelaySystem, t: Array, side: str, horizon: float) -> Array:
-        """The response at times t, zero for those before 0."""
-        one = solve(system, self.unit, horizon)
-        y = np.zeros((len(t), system.outputs))
-        on = np.flatnonzero(t >= -1e-12 * horizon)
-        if len(on):
-            grid = _common_grid(t[on], self.period)
-            y[on] = self._direct(one, t[on], side) if grid is None else self._fast(one, grid, side)
-        return y
-
-    def _fast(self, one: Trajectory, grid: tuple[int, int, float, int, int], side: str) -> Array:
-        """By convolution: row a, column r of h is the response at offset + (a P + r) period/P."""
-        from scipy.signal import fftconvolve
-
-        P, Q, offset, first, count = grid
-        rows = (first + (count - 1) * Q) // P + 1
-        fine = np.asarray(offset + np.arange(rows * P) * (self.period / P), float)
-        h = one(fine, side)
-        y = fftconvolve(h.reshape(rows, -1), self.weights[:rows, None], axes=0)[:rows]
-        return np.asarray(y.reshape(rows * P, -1)[first + Q * np.arange(count)])
-
-    def _direct(self, one: Trajectory, t: Array, side: str) -> Array:
-        """On any times, a number of samples at once."""
-        y = np.zeros((len(t), one.coefficients.shape[2]))
-        last = min(len(self.weights), int(t.max() / self.period * (1 + 1e-9)) + 1)
-        chunk = max(1, 1_000_000 // len(t))
-        for k in range(0, last, chunk):
-            w = self.weights[k : min(k + chunk, last)]
-            late = t - (k + np.arange(len(w)))[:, None] * self.period
-            y += np.einsum("k,ktp->tp", w, one(late.ravel(), side).reshape(*late.shape, -1))
-        return y
-
-
-def _common_grid(t: Array, period: float) -> tuple[int, int, float, int, int] | None:
-    """(P, Q, offset, first, count): t = offset + (first + Q i) period/P, i < count, or None."""
-    count = len(t)
-    step = (t[-1] - t[0]) / (count - 1) if count > 1 else 0.0
-    even = t[0] + step * np.arange(count)
-    # Times may be off the grid by what jumps are told apart by, not more.
-    if step <= 0 or np.abs(t - even).max() > 1e-12 * t[-1]:
-        return None
-    ratio = Fraction(period / step).limit_denominator(64)
-    P, Q = ratio.numerator, ratio.denominator
-    if not P or abs(P * step / (Q * period) - 1) > 1e-12 or t[-1] / period * P > 4e6:
-        return None
-    first = max(math.floor(t[0] / (period / P) + 1e-9), 0)
-    return P, Q, float(t[0] - first * (period / P)), first, count
 
 
 class _Drive:
@@ -306,54 +222,6 @@ class _Stepper:
         self.y.append(to_coefficients @ y)
         self.x = x[-1]
         self.scale = np.maximum(self.scale, np.abs(np.hstack([x, z])).max(axis=0))
-
-
-class Kinks:
-    """The times at which delayed signals jump in some derivative, in order, as rationals.
-
-    Jumps of x follow from Jx⁽ᵏ⁺¹⁾ = A Jx⁽ᵏ⁾ + B₁ Ju⁽ᵏ⁾ + B₂ Jw⁽ᵏ⁾, those of z from its output
-    equation, and those of w from z one delay earlier. Equal times are merged before they are
-    passed on, and a jump is passed on only if a piece as long as `longest` would feel it.
-    """
-
-    def __init__(self, system: DelaySystem, signal: Signal, longest: float) -> None:
-        self.system = system
-        self.orders = DEGREE + 4
-        k = np.arange(self.orders)
-        # A kink of order k disturbs the best polynomial of degree N on h by about J (h/2N)ᵏ/k.
-        self.weight = (longest / (2 * DEGREE)) ** k / np.maximum(k, 1)
-        self.rows = np.vstack([system.C[system.outputs :], system.A])
-        self.columns = np.vstack([system.D[system.outputs :], system.B])
-        # What jumps is numbered as the columns of B are: 0 is the input, 1 + j is w_j.
-        starts = sorted(signal.onsets(self.orders).items())
-        self.heap = [(start, count, 0, row) for count, (start, row) in enumerate(starts)]
-        self.count = len(starts)
-        self.largest = 0.0
-
-    def next_after(self, t: float) -> float:
-        """The first kink after t (s), infinity where none is left; kinks up to t are used up."""
-        while self.heap and float(self.heap[0][0]) <= t * (1 + 1e-14):
-            time = self.heap[0][0]
-            drive = np.zeros((self.orders, self.system.B.shape[1]))
-            while self.heap and self.heap[0][0] <= time * (1 + Fraction(1, 10**13)):
-                _, _, j, row = heapq.heappop(self.heap)
-                drive[:, j] += row
-            self._spread(time, drive)
-        return float(self.heap[0][0]) if self.heap else math.inf
-
-    def _spread(self, time: Fraction, drive: Array) -> None:
-        m = len(self.system.delays)
-        x = np.zeros(len(self.system.A))
-        z = np.zeros((self.orders, m))
-        for k, forced in enumerate(drive @ self.columns.T):
-            both = self.rows @ x + forced
-            z[k], x = both[:m], both[m:]
-        felt = self.weight @ np.abs(z)
-        self.largest = max(self.largest, float(felt.max(initial=0.0)))
-        for j, tau in enumerate(self.system.delays):
-            if felt[j] > NEGLIGIBLE * self.largest:
-                heapq.heappush(self.heap, (time + tau, self.count, 1 + j, z[:, j]))
-                self.count += 1
 
 
 def _rate(system: DelaySystem) -> float:

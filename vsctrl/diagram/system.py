@@ -14,7 +14,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.diagram import count, crosscheck, delay, frequency, pade, response, roots, transfer
+from vsctrl.diagram import (
+    count,
+    crosscheck,
+    delay,
+    frequency,
+    pade,
+    roots,
+    superpose,
+    transfer,
+)
 from vsctrl.diagram.blocks import Block, exact_number
 from vsctrl.diagram.signals import SIDES, Signal
 from vsctrl.errors import ImproperError, InputError
@@ -210,7 +219,7 @@ class Channel:
 
         times = _times(t)
         system, eased = self._proper(signal)
-        y = self.sign * response.respond(system, eased, times, side)
+        y = self.sign * superpose.respond(system, eased, times, side)
         return control.TimeResponseData(
             times,
             y.T,
