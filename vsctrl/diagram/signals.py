@@ -9,6 +9,7 @@ one meet at exactly the same time or do not meet at all.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
@@ -31,15 +32,15 @@ def beside(t: Array, side: str, span: float) -> Array:
     return t + 1e-12 * span if side == "right" else t - 1e-12 * span
 
 
-class Signal:
+class Signal(ABC):
     """Zero before t = 0, and from there on a sum of terms; ``a + b``, ``-a``, ``2 * a``."""
 
     __array_ufunc__ = None  # so that a NumPy number times a signal is left to the signal
 
     @property
+    @abstractmethod
     def terms(self) -> tuple[tuple[Fraction, Part], ...]:
         """(start in seconds, what starts there), each a term of the sum."""
-        raise NotImplementedError
 
     def scaled(self, factor: Any) -> Signal:
         """The signal times a number."""
@@ -130,17 +131,17 @@ class Part(Signal):
         return ((Fraction(0), self),)
 
     @property
+    @abstractmethod
     def changes(self) -> list[tuple[Fraction, Primitive]]:
         """(start in seconds, primitive) of all that it is made of."""
-        raise NotImplementedError
 
+    @abstractmethod
     def smooth(self, t: Array, seen: Array) -> Array:
         """The value at t after the start; at a jump within, on the side that `seen` is on."""
-        raise NotImplementedError
 
+    @abstractmethod
     def scaled(self, factor: Any) -> Self:
         """The signal times a number."""
-        raise NotImplementedError
 
 
 class Primitive(Part):
@@ -177,17 +178,17 @@ class Primitive(Part):
         return replace(self, **{self.size: factor * getattr(self, self.size)})
 
     @staticmethod
+    @abstractmethod
     def formula(t: Array, *values: Any) -> Array:
         """The value t ≥ 0 after the start, as a function of t and of the fields in their order."""
-        raise NotImplementedError
 
     def smooth(self, t: Array, seen: Array) -> Array:
         """The value at t after the start, continued smoothly before it."""
         return self.formula(t, *self.values)
 
+    @abstractmethod
     def onset(self, orders: int) -> Array:
         """The jumps of its derivatives at its start."""
-        raise NotImplementedError
 
 
 class Power(Primitive):
