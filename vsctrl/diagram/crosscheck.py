@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from vsctrl.diagram import response
 from vsctrl.diagram.signals import Step
-from vsctrl.errors import InputError
+from vsctrl.errors import ImproperError, InputError
 from vsctrl.symbols import s
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ def _channel(channel: Channel) -> list[Line]:
     ]
     try:
         realised = channel.realisation.transfer(points)[:, 0, 0] * channel.sign
-    except InputError as error:
+    except ImproperError as error:  # any other refusal is the user's to see
         return [*lines, Line(name, "state space", 0.0, 0.0, f"left out: {error}")]
     lines.append(
         Line(name, "state space against compiled", _largest(realised - exact, scale), 1e-9)

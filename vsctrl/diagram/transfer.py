@@ -25,8 +25,6 @@ from vsctrl.symbols import s
 if TYPE_CHECKING:
     from vsctrl.diagram.diagram import Diagram
 
-Monomial = tuple[int, ...]  #: powers of a diagram's delays, in the order of Coefficients.delays
-
 
 def resolve(diagram: Diagram, signal: str) -> dict[str, int]:
     """The signal as a signed sum of block outputs and inputs, sums between them expanded."""
