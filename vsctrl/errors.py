@@ -1,8 +1,11 @@
-"""The one exception that vsctrl raises for bad input.
+"""The exceptions that vsctrl raises, and the words they share.
 
-It is a ``ValueError`` whose text is a sentence for the person who typed the value: it names the
-field, the value and the remedy. The command line prints it and ends with exit code 2.
+Bad input is a ``ValueError`` whose text is a sentence for the person who typed the value: it names
+the field, the value and the remedy. The command line prints it and ends with exit code 2.
 """
+
+import difflib
+from collections.abc import Iterable
 
 
 class InputError(ValueError):
@@ -15,3 +18,10 @@ class ImproperError(InputError):
 
 class LimitError(RuntimeError):
     """A computation that would not end; the message says how far it came and what to ask for."""
+
+
+def nearest(name: object, known: Iterable[str]) -> str:
+    """`` (did you mean 'lam'?)`` where a known name is close, whatever its case, else nothing."""
+    folded = {candidate.casefold(): candidate for candidate in known}
+    close = difflib.get_close_matches(str(name).casefold(), folded, n=1, cutoff=0.5)
+    return f" (did you mean {folded[close[0]]!r}?)" if close else ""

@@ -12,8 +12,9 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vsctrl.diagram import Block, Diagram, Sum, mathtext, typeset
-from vsctrl.diagram.draw import MATH, draft, name_width, svg
+from vsctrl.diagram import Block, Diagram, Sum
+from vsctrl.diagram.picture import mathtext, typeset
+from vsctrl.diagram.picture.draw import MATH, draft, name_width, svg
 from vsctrl.symbols import ell, ell_hat, k_ff, lam, s, tau
 
 K, T_i, a, w = sp.symbols("K T_i a omega_0", positive=True)

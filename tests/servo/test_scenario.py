@@ -68,7 +68,7 @@ BAD_VALUES = [
     ("points", [[0, 0, 0]] * 2, "target.points: too few points (2); give at least 3"),
     ("points", [[0, 0, 0], [1, 0], [0, 1, 0]], "target.points: point 2: [1, 0] has 2 entries"),
     ("points", 5, "target.points: 5 is not a list"),
-    ("interaction", "curent", 'choose one of these (did you mean "current"?'),
+    ("interaction", "curent", "choose one of these (did you mean 'current'?"),
     ("placement", 3, 'law.placement: 3 is not one of "measurement", "aligned", "actuator"'),
     ("name", 3, "name: 3 is not text; write it in quotes"),
     ("name", "\ud800", "cannot be written in UTF-8"),
@@ -91,7 +91,7 @@ BAD_TOML = [
     (edited("^name", "colour = 1\nname"), "colour: unknown key with value 1; it has name, "),
     (edited("^name", "self = 1\nname"), "self: unknown key with value 1"),
     (edited(r"^\[law\]", "[lwa]"), "lwa: unknown key with value"),
-    (edited(r"^\[law\]", "[lwa]"), 'did you mean "law"?'),
+    (edited(r"^\[law\]", "[lwa]"), "did you mean 'law'?"),
     (edited(r"^\[law\]", "[lwa]"), "law: missing; give it a table [law]"),
     ("law = 3", "law: 3 is not a table; write its keys under [law]"),
     ("law = [1]", "law: [1] is not a table"),
@@ -210,7 +210,7 @@ def test_fields_vary_by_their_own_names():
     assert (varied.vision.latency, varied.name) == (0.04, "x")
     assert BASE.law.lam == 2.5
     message = refusal(BASE.with_, lamb=3, foo=1)
-    assert 'lamb: no field of a scenario has this name (did you mean "lam"?' in message
+    assert "lamb: no field of a scenario has this name (did you mean 'lam'?" in message
     assert "foo: " in message
 
 

@@ -22,7 +22,8 @@ from vsctrl.errors import ImproperError, InputError
 from vsctrl.symbols import s
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.system import Channel, System
+    from vsctrl.diagram.channel import Channel
+    from vsctrl.diagram.system import System
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

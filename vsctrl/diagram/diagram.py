@@ -7,7 +7,6 @@ is. Numbers come in with `Diagram.at`, which hands over to `system`.
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -20,7 +19,7 @@ import sympy as sp
 from vsctrl.diagram import transfer
 from vsctrl.diagram.blocks import Block, Sum
 from vsctrl.diagram.transfer import Coefficients, GainForm
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, nearest
 from vsctrl.symbols import KEYWORDS, s
 
 if TYPE_CHECKING:
@@ -177,7 +176,7 @@ class Diagram:
             )
 
     def _repr_svg_(self) -> str:
-        from vsctrl.diagram.draw import svg
+        from vsctrl.diagram.picture.draw import svg
 
         return svg(self)
 
@@ -187,12 +186,6 @@ class Diagram:
     def __str__(self) -> str:
         lines = [str(part) for part in self.parts]
         return "\n".join([f"inputs {', '.join(self.inputs)} → {', '.join(self.outputs)}", *lines])
-
-
-def nearest(name: str, known: Iterable[str]) -> str:
-    """`` (did you mean 'x'?)`` where a known name is close, else nothing."""
-    close = difflib.get_close_matches(str(name), list(known), n=1)
-    return f" (did you mean {close[0]!r}?)" if close else ""
 
 
 def _names(side: str, names: Iterable[str]) -> tuple[str, ...]:

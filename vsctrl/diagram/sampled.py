@@ -20,10 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.diagram import sampling
 from vsctrl.diagram.blocks import Block, exact_number
-from vsctrl.diagram.diagram import nearest
 from vsctrl.diagram.recursion import Recursion
 from vsctrl.diagram.signals import Signal
-from vsctrl.errors import ImproperError, InputError
+from vsctrl.errors import ImproperError, InputError, nearest
 
 if TYPE_CHECKING:
     import control

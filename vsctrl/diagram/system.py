@@ -1,15 +1,15 @@
-"""A diagram with numbers in it, and its channels: one place from which every face is asked.
+"""A diagram with numbers in it: the questions that are asked of the whole of it.
 
-Nothing is computed here. Each method hands the exact delay system, or the compiled transfer
-function, to the module that knows how, and wraps what comes back in the ecosystem's own type.
+Nothing is computed here. Each method hands the exact delay system to the module that knows how;
+what is asked from one signal to another is left to `channel`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,21 +18,13 @@ from vsctrl.diagram import (
     count,
     crosscheck,
     delay,
-    frequency,
-    pade,
     roots,
-    superpose,
     transfer,
 )
-from vsctrl.diagram.blocks import Block, exact_number
-from vsctrl.diagram.signals import SIDES, Signal
-from vsctrl.errors import ImproperError, InputError
-from vsctrl.symbols import s as symbol_s
+from vsctrl.diagram.channel import Channel, OpenLoop
+from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
-    import control
-    import sympy as sp
-
     from vsctrl.diagram.diagram import Diagram
     from vsctrl.diagram.sampled import SampledSystem
 
@@ -114,198 +106,3 @@ class System:
     def unstable_roots(self) -> float:
         """How many characteristic roots lie on or right of the imaginary axis, maybe infinite."""
         return count.count_right_of(self.autonomous, -1e-12)
-
-
-@dataclass(frozen=True)
-class Channel:
-    """A transfer function between two signals of a `System`, `sign` included."""
-
-    system: System
-    source: str
-    target: str
-    sign: int = 1
-
-    def __post_init__(self) -> None:
-        self.system.diagram._check_channel(self.source, self.target)
-
-    @property
-    def expr(self) -> sp.Expr:
-        """The exact transfer function in s, numbers put in."""
-        diagram = self.system.diagram
-        numbers = {
-            diagram.parameters[name]: exact_number(value, f"at: {name}")
-            for name, value in self.system.values.items()
-        }
-        return self.sign * diagram.transfer(self.source, self.target).subs(numbers)
-
-    @cached_property
-    def realisation(self) -> delay.DelaySystem:
-        """State space plus delay channels; errors for an improper channel."""
-        system = self.system
-        return delay.realise(system.diagram, system.blocks, (self.source,), (self.target,))
-
-    def __call__(self, s: ArrayLike) -> Any:
-        """The exact value at complex s (rad/s), any shape; infinite at a pole."""
-        at = np.asarray(s, complex)
-        with np.errstate(all="ignore"):
-            try:
-                value = np.asarray(self._compiled(at, *self.system.values.values()), complex)
-            except ZeroDivisionError:  # a channel of constants divides Python's numbers
-                value = np.array(np.nan, complex)
-        value = np.broadcast_to(value, at.shape).copy()
-        lost = ~np.isfinite(value)
-        if lost.any():
-            value[lost] = np.array([self._where_a_block_is_infinite(point) for point in at[lost]])
-        value = value if self.sign > 0 else -value
-        return value if at.ndim else complex(value)
-
-    @cached_property
-    def _compiled(self) -> Callable[..., Any]:
-        return self.system.diagram.evaluator(self.source, self.target)
-
-    def _where_a_block_is_infinite(self, at: complex) -> complex:
-        """The channel's own value there: a quotient without poles, infinity, or a limit."""
-        quotient = self.system.diagram.pole_free_evaluator(self.source, self.target)
-        with np.errstate(all="ignore"):
-            num, den = (complex(x) for x in quotient(at, *self.system.values.values()))
-        if den:
-            return num / den
-        self.system.autonomous  # noqa: B018 - a loop that has no solution is refused here
-        return complex(np.inf) if num else self._limit(at)
-
-    def _limit(self, at: complex) -> complex:
-        """The limit at a root that the channel may not show: the mean over a small circle."""
-        others = np.abs(self.system.poles(8) - at)
-        radius = 1e-3 * min(others[others > 1e-9 * (abs(at) + 1e-9)], default=1.0)
-        turn = np.exp(2j * np.pi * (np.arange(16) + 0.5) / 16)
-        far, near = (
-            self.realisation.transfer(at + r * turn)[:, 0, 0] for r in (radius, radius / 2)
-        )
-        if np.abs(near).max() > 1.5 * np.abs(far).max():
-            return complex(np.inf)
-        mean = complex(near.mean())
-        return complex(mean.real, 0.0) if at.imag == 0 else mean
-
-    def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
-        """The exact response at ω (rad/s), for python-control's plots."""
-        import control
-
-        w = np.asarray(omega, float)
-        return control.FrequencyResponseData(
-            self(1j * w),
-            w,
-            smooth=False,
-            inputs=self.source,
-            outputs=self.target,
-            name=f"{self.source} to {self.target}",
-        )
-
-    def response(
-        self, signal: Signal, t: ArrayLike, side: str = "right"
-    ) -> control.TimeResponseData:
-        """The exact-delay response from rest at times t ≥ 0 (s).
-
-        `signal` is a `Step`, `Ramp`, `Parabola`, `Sine`, `Pulse` or `Samples`, or sums, multiples
-        and later copies of these. Where the output or the signal jumps, the limit from `side` is
-        given, "right" or "left" (before t = 0 all is at rest).
-        An improper channel answers what is smooth enough: T of figure 1 a ramp, but not a step.
-        Errors: `InputError` for what is no signal or no time, and for an impulse; `LimitError`
-        where the jumps of a neutral loop become too many.
-        """
-        _check_signal(signal)
-        if side not in SIDES:
-            raise InputError(f"response: side = {side!r} is unknown; give 'right' or 'left'.")
-        import control
-
-        times = _times(t)
-        system, eased = self._proper(signal)
-        y = self.sign * superpose.respond(system, eased, times, side)
-        return control.TimeResponseData(
-            times,
-            y.T,
-            inputs=signal(times, side)[None, :],
-            issiso=True,
-            input_labels=[self.source],
-            output_labels=[self.target],
-        )
-
-    def _proper(self, signal: Signal) -> tuple[delay.DelaySystem, Signal]:
-        """A proper system and a signal that together answer as this channel does.
-
-        H u = (H/s) u′: where H is improper, u is differentiated and integrated again inside.
-        """
-        try:
-            return self.realisation, signal
-        except ImproperError as refused:
-            slope = signal.derivative()
-            if slope is None:
-                raise
-            try:
-                return self._integrated()._proper(slope)
-            except ImproperError:
-                raise refused from None
-
-    def _integrated(self) -> Channel:
-        """The channel from the derivative of its source."""
-        diagram, slope = self.system.diagram, f"{self.source}__slope"
-        parts = [Block(f"integral of {self.source}", 1 / symbol_s, f"{slope} -> {self.source}")]
-        inputs = [slope if name == self.source else name for name in diagram.inputs]
-        longer = type(diagram)([*parts, *diagram.parts], inputs, diagram.outputs)
-        return Channel(System(longer, self.system.values), slope, self.target, self.sign)
-
-    def poles(self, n: int = 6) -> Complex:
-        """The n rightmost poles of this channel (rad/s), delays exact.
-
-        Characteristic roots that the channel's input does not excite or its output does not show
-        are left out.
-        """
-        return roots.poles(self.realisation, n)
-
-    def pade(self, order: int) -> control.StateSpace:
-        """The channel with each delay replaced by its Padé model of this order."""
-        model = pade.pade_model(
-            self.realisation, order, inputs=[self.source], outputs=[self.target]
-        )
-        return model if self.sign > 0 else -model
-
-
-@dataclass(frozen=True)
-class OpenLoop(Channel):
-    """L of a return difference 1 + L."""
-
-    def margins(self) -> frequency.Margins:
-        """Gain, phase and delay margins, sensitivity peak and all crossings, exact.
-
-        `stable` speaks of this loop closed: what lies outside of it is left to `System.poles`.
-        """
-        system = self.realisation
-        late = np.array([float(tau) for tau in system.delays])
-        rates = np.concatenate([np.abs(np.linalg.eigvals(system.A)), 1 / late])
-        unstable = count.count_right_of(system.closed(self.sign), -1e-12)
-        return frequency.margins(self, rates, float(late.sum()), unstable)
-
-
-def _check_signal(signal: object) -> None:
-    if not isinstance(signal, Signal):
-        raise InputError(
-            f"response: {signal!r} is no signal; give a Step(…), Ramp(…), Parabola(…), Sine(…), "
-            "Pulse(…), Samples(…) or a sum of these."
-        )
-    symbolic = any(
-        hasattr(value, "free_symbols")
-        for _, primitive in signal.primitives
-        for value in primitive.values
-    )
-    if symbolic:
-        raise InputError(f"response: {signal} holds symbols; give it numbers.")
-
-
-def _times(t: ArrayLike) -> Array:
-    try:
-        times = np.asarray(t)
-        times = times.astype(float) if times.dtype.kind in "iuf" else np.zeros(0)
-    except ValueError:  # a ragged list
-        times = np.zeros(0)
-    if times.ndim != 1 or not len(times) or not np.isfinite(times).all() or times.min() < 0:
-        raise InputError("response: t must be a list of finite times of 0 s or more.")
-    return times

@@ -16,8 +16,7 @@ import sympy as sp
 from scipy.optimize import brentq
 
 from vsctrl.diagram import Step, response
-from vsctrl.diagram.diagram import nearest
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, nearest
 from vsctrl.loop import values as check
 from vsctrl.loop.criteria import (
     dominant_damping,

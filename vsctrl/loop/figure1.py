@@ -6,8 +6,7 @@ from typing import Literal, get_args
 import sympy as sp
 
 from vsctrl.diagram import Block, Diagram, Sum
-from vsctrl.diagram.diagram import nearest
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, nearest
 from vsctrl.symbols import ell, ell_hat, k_ff, lam, s, tau
 
 Placement = Literal["measurement", "aligned", "actuator"]

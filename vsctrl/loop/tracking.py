@@ -12,8 +12,7 @@ import sympy as sp
 
 from vsctrl.diagram import Parabola, Ramp, Sine, Step
 from vsctrl.diagram.blocks import delays_as_symbols
-from vsctrl.diagram.diagram import nearest
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, nearest
 from vsctrl.loop import values as check
 from vsctrl.loop.figure1 import Placement, check_placement, diagram
 from vsctrl.symbols import ell, ell_hat, k_ff, kappa, lam, s, tau

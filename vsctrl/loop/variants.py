@@ -14,8 +14,7 @@ import sympy as sp
 
 from vsctrl.diagram import Block, Diagram, Parabola, Ramp, Step, Sum
 from vsctrl.diagram.blocks import exact_number
-from vsctrl.diagram.diagram import nearest
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, nearest
 from vsctrl.loop import values as check
 from vsctrl.loop.figure1 import Placement, check_placement, diagram
 from vsctrl.loop.tracking import error_constants

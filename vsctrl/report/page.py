@@ -64,7 +64,7 @@ def mathml(expr: sp.Expr | str, display: bool = False) -> Markup:
 
 
 def _diagram(found: Examination) -> str:
-    from vsctrl.diagram.draw import svg
+    from vsctrl.diagram.picture.draw import svg
 
     text = svg(loop.diagram(found.scenario.law.placement))
     return re.sub(r' xmlns="[^"]*"', "", text)

@@ -6,14 +6,13 @@ dotted name of the field, is added by ``scenario``; what several fields must sat
 left to ``feasible``.
 """
 
-import difflib
 import math
 import numbers
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, nearest
 
 # Numbers beyond these (or positive ones below 1/LARGEST) are typing errors in any unit used here,
 # and squares and products of a few of them must stay finite.
@@ -52,13 +51,6 @@ def show(value: object) -> str:
     except ValueError:  # an integer with more digits than Python prints
         return "a number of thousands of digits"
     return text if len(text) <= 60 else text[:57] + "..."
-
-
-def nearest(name: str, known: Collection[str]) -> str:
-    """`` (did you mean "lam"?)`` when a known name is close, else nothing."""
-    folded = {candidate.casefold(): candidate for candidate in known}
-    close = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.5)
-    return f' (did you mean "{folded[close[0]]}"?)' if close else ""
 
 
 def number(value: object) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, nearest
 from vsctrl.servo import fields, toml
 from vsctrl.servo.feasible import (
     WHOLE,
@@ -245,7 +245,7 @@ COMMENTS = {
 
 
 def _remedy(name: str, known: dict[str, str] | list[str]) -> str:
-    return fields.nearest(name, known) or f"; it has {', '.join(known)}"
+    return nearest(name, known) or f"; it has {', '.join(known)}"
 
 
 def _problems(model: type[Table], error: ValidationError) -> list[tuple[str, str]]:

@@ -19,8 +19,9 @@ from vsctrl.diagram import Ramp, Step
 from vsctrl.servo import Scenario
 
 if TYPE_CHECKING:
+    from vsctrl.diagram.channel import OpenLoop
     from vsctrl.diagram.frequency import Margins
-    from vsctrl.diagram.system import OpenLoop, System
+    from vsctrl.diagram.system import System
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ feed-forward and disturbances from above.
 
 from __future__ import annotations
 
-from vsctrl.diagram.place import Graph, Spot
+from vsctrl.diagram.picture.place import Graph, Spot
 
 OPPOSITE = {"right": "left", "left": "right", "top": "bottom", "bottom": "top"}
 _SIDEWAYS = ("left", "right")

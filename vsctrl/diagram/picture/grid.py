@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vsctrl.diagram.place import Chain, Graph, Spot, main_row, next_chain
-from vsctrl.diagram.ports import OPPOSITE, sides
+from vsctrl.diagram.picture.place import Chain, Graph, Spot, main_row, next_chain
+from vsctrl.diagram.picture.ports import OPPOSITE, sides
 
 _ENDS = ("input", "output")
 

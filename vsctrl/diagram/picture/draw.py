@@ -12,12 +12,12 @@ from functools import lru_cache
 from html import escape
 from typing import TYPE_CHECKING
 
-from vsctrl.diagram import mathtext, typeset
 from vsctrl.diagram.blocks import Block
-from vsctrl.diagram.grid import Grid, build
-from vsctrl.diagram.layout import RADIUS, Box, Label, Path, Picture, Size, arrange
-from vsctrl.diagram.place import Graph
-from vsctrl.diagram.route import route
+from vsctrl.diagram.picture import mathtext, typeset
+from vsctrl.diagram.picture.grid import Grid, build
+from vsctrl.diagram.picture.layout import RADIUS, Box, Label, Path, Picture, Size, arrange
+from vsctrl.diagram.picture.place import Graph
+from vsctrl.diagram.picture.route import route
 
 if TYPE_CHECKING:
     from vsctrl.diagram.diagram import Diagram

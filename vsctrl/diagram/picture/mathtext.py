@@ -11,7 +11,7 @@ from typing import Any
 
 import sympy as sp
 
-from vsctrl.diagram.typeset import THIN, Formula, Fraction, Line, Run, symbol, width
+from vsctrl.diagram.picture.typeset import THIN, Formula, Fraction, Line, Run, symbol, width
 from vsctrl.symbols import s
 
 LONGEST = 11.0  #: em; a wider formula gives way to G_name(s)

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from vsctrl.diagram.grid import Grid
-from vsctrl.diagram.route import Point, Wire
+from vsctrl.diagram.picture.grid import Grid
+from vsctrl.diagram.picture.route import Point, Wire
 
 RADIUS = 11.0  #: of a summing point
 NAME = 17.0  #: height kept above a box for its name

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from heapq import heappop, heappush
 from itertools import pairwise
 
-from vsctrl.diagram.grid import Grid
+from vsctrl.diagram.picture.grid import Grid
 
 Point = tuple[float, float]
 
