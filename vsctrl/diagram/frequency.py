@@ -10,13 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from vsctrl.diagram.zeros import slope_matrix, tables, zeros
 from vsctrl.errors import LimitError
 
 Array = NDArray[np.float64]
@@ -46,6 +45,9 @@ class Margins:
     delay: float
     peak_sensitivity: float  #: max |1/(1 + L)|, also called Ms
     peak_frequency: float
+    peak_complementary: float  #: max |L/(1 + L)|, also called Mt
+    complementary_frequency: float
+    bandwidth: float  #: where |L/(1 + L)| first falls 3 dB below its value at ω = 0, if not 0
     gain_crossings: tuple[tuple[float, float], ...]  #: (ω, phase margin there), by rising ω
     phase_crossings: tuple[tuple[float, float], ...]  #: (ω, gain margin there), by rising ω
     stable: bool
@@ -62,7 +64,11 @@ class Margins:
             "gain margin": f"{self.gain:.4g}",
             "phase margin": f"{math.degrees(self.phase):.4g}°",
             "delay margin": f"{self.delay:.4g} s",
-            "peak sensitivity": f"{self.peak_sensitivity:.4g} at {self.peak_frequency:.4g} rad/s",
+            "peak of S": f"{self.peak_sensitivity:.4g} at {self.peak_frequency:.4g} rad/s",
+            "peak of T": (
+                f"{self.peak_complementary:.4g} at {self.complementary_frequency:.4g} rad/s"
+            ),
+            "bandwidth": f"{self.bandwidth:.4g} rad/s",
         }
         body = "".join(f"<tr><th>{k}</th><td>{v}</td></tr>" for k, v in rows.items())
         return f"<table>{body}</table>"
@@ -81,8 +87,9 @@ def margins(L: Response, rates: Array, late: float, unstable_roots: float) -> Ma
     if not stable and late:
         high = min(high, max(MOST_TURNED / late, 10 * low))
     ends, pieces = _pieces(L, low, high, late)
-    gain_at = _frequencies(ends, pieces, lambda c: _abs2(c, -1.0, 0.0))
-    phase_at = _frequencies(ends, pieces, lambda c: c.imag)
+    size, distance = _abs2(pieces, 0.0), _abs2(pieces, 1.0)
+    gain_at = _frequencies(ends, _less(size, 1.0))
+    phase_at = _frequencies(ends, pieces.imag)
     at_phase: Complex = L(1j * phase_at)
     real = np.abs(at_phase.imag) < 1e-6 * np.abs(at_phase)
     crossing = real & (at_phase.real < 0)
@@ -91,7 +98,9 @@ def margins(L: Response, rates: Array, late: float, unstable_roots: float) -> Ma
     phases: Array = np.angle(-L(1j * gain_at))
     # −157.8° is 202.2° of room for more delay; in an unstable loop look for less delay instead.
     delays = (phases % (2 * math.pi) - (0 if stable else 2 * math.pi)) / gain_at
-    peak_at, peak = _peak(L, ends, pieces)
+    limits = _limits(L, ends)
+    peak_at, peak = _peak(L, ends, None, distance, limits)
+    top_at, top = _peak(L, ends, size, distance, limits)
     nearest = int(np.abs(phases).argmin()) if len(phases) else 0
     return Margins(
         gain=float(min((f for f in factors if f > 1), default=math.inf)),
@@ -100,6 +109,9 @@ def margins(L: Response, rates: Array, late: float, unstable_roots: float) -> Ma
         delay=float(delays[np.abs(delays).argmin()]) if len(delays) else math.inf,
         peak_sensitivity=peak,
         peak_frequency=peak_at,
+        peak_complementary=top,
+        complementary_frequency=top_at,
+        bandwidth=_bandwidth(ends, size, distance, limits[0], top),
         gain_crossings=tuple(zip(gain_at.tolist(), phases.tolist(), strict=True)),
         phase_crossings=tuple(zip(phase_at.tolist(), factors.tolist(), strict=True)),
         stable=stable,
@@ -135,7 +147,7 @@ def _power(L: Response, omega: float, step: float) -> tuple[float, int]:
 
 def _pieces(L: Response, low: float, high: float, late: float) -> tuple[Array, Complex]:
     """Intervals (k, 2) of log ω and L's Chebyshev coefficients (k, DEGREE + 1) on them."""
-    nodes, to_coefficients, _ = _tables(DEGREE)
+    nodes, to_coefficients, _ = tables(DEGREE)
     grid = np.linspace(math.log(low), math.log(high), max(4, math.ceil(2 * math.log10(high / low))))
     todo = np.column_stack([grid[:-1], grid[1:]])
     before = np.full(len(todo), np.inf)  # what the piece that each is half of left unresolved
@@ -167,91 +179,76 @@ def _pieces(L: Response, low: float, high: float, late: float) -> tuple[Array, C
     return ends[order], pieces[order]
 
 
-def _abs2(c: Complex, shift: float, offset: float) -> Array:
-    """Chebyshev coefficients of |L + offset|² + shift from those of L."""
-    _, to_coefficients, values = _tables(2 * DEGREE)
+def _abs2(c: Complex, offset: float) -> Array:
+    """Chebyshev coefficients of |L + offset|² from those of L."""
+    _, to_coefficients, values = tables(2 * DEGREE)
     at = c @ values[:, : DEGREE + 1].T + offset
-    out = (np.abs(at) ** 2) @ to_coefficients.T
-    out[:, 0] += shift
-    return np.asarray(out, float)
+    return np.asarray((np.abs(at) ** 2) @ to_coefficients.T)
 
 
-def _frequencies(ends: Array, pieces: Complex, of: Callable[[Complex], Array]) -> Array:
-    """All ω at which a real function of L crosses or touches zero, by rising ω."""
-    k, xi = _zeros(of(pieces))
+def _less(coefficients: Array, constant: float) -> Array:
+    out = coefficients.copy()
+    out[:, 0] -= constant
+    return out
+
+
+def _frequencies(ends: Array, coefficients: Array) -> Array:
+    """All ω at which a real function, given by its pieces, crosses or touches zero, by rising ω."""
+    k, xi = zeros(coefficients)
     x = ends[k].mean(axis=1) + xi * np.diff(ends[k], axis=1)[:, 0] / 2
     x = np.sort(x)
     once = np.diff(x, prepend=-np.inf) > 1e-11 * np.maximum(np.abs(x), 1.0)
     return np.asarray(np.exp(x[once]))
 
 
-def _zeros(coefficients: Array) -> tuple[NDArray[np.intp], Array]:
-    """(piece, ξ ∈ [−1, 1]) of every real zero of many Chebyshev sums at once."""
-    size = np.abs(coefficients).max(axis=1, initial=0.0)
-    possible = np.abs(coefficients[:, 0]) <= np.abs(coefficients[:, 1:]).sum(axis=1)
-    index = np.flatnonzero(possible & (size > 0))
-    c = coefficients[index]
-    if not len(c):
-        return index, np.zeros(0)
-    # The colleague matrix needs a leading coefficient that is not just rounding.
-    lead = np.where(np.abs(c[:, -1]) > 1e-15 * size[index], c[:, -1], 1e-15 * size[index])
-    n = c.shape[1] - 1
-    matrix = np.zeros((len(c), n, n))
-    matrix[:] = _multiplication(n)
-    matrix[:, -1, :] -= c[:, :-1] / (2 * lead[:, None])
-    roots = np.linalg.eigvals(matrix)
-    hits = (np.abs(roots.imag) < 1e-7) & (np.abs(roots.real) <= 1 + 1e-9)
-    piece, which = np.nonzero(hits)
-    xi = np.clip(_polish(c[piece], roots.real[piece, which]), -1.0, 1.0)
-    return index[piece], xi
+def _limits(L: Response, ends: Array) -> tuple[complex, complex]:
+    """L as ω → 0 and as ω → ∞, far outside of the band."""
+    at_zero, at_infinity = L(1j * np.exp(ends[[0, -1], [0, 1]]) * np.array([1e-6, 1e6]))
+    return complex(at_zero), complex(at_infinity)
 
 
-def _polish(c: Array, xi: Array) -> Array:
-    """Two Newton steps on each Chebyshev sum."""
-    slope = chebyshev.chebder(c, axis=1)
-    for _ in range(2):
-        value = (c * chebyshev.chebvander(xi, c.shape[1] - 1)).sum(axis=1)
-        below = (slope * chebyshev.chebvander(xi, slope.shape[1] - 1)).sum(axis=1)
-        step = np.divide(value, below, out=np.zeros_like(value), where=below != 0)
-        xi = xi - np.where(np.abs(step) < 1e-3, step, 0.0)
-    return xi
+def _peak(
+    L: Response, ends: Array, above: Array | None, below: Array, limits: tuple[complex, complex]
+) -> tuple[float, float]:
+    """(ω, value) of the largest √(above/below), the limits of the band included.
 
-
-def _peak(L: Response, ends: Array, pieces: Complex) -> tuple[float, float]:
-    """(ω, value) of the largest |1/(1 + L)|, the limits of the band included."""
-    distance = _abs2(pieces, 0.0, 1.0)
-    # Only a piece whose least possible value undercuts the best sample can hold the minimum.
-    _, _, values = _tables(2 * DEGREE)
-    samples = (distance @ values.T).min(axis=1)
-    spread = np.abs(distance[:, 1:]).sum(axis=1)
-    close = np.argsort(samples)[:8]
-    close = close[distance[close, 0] - spread[close] <= samples.min()]
-    k, xi = _zeros(np.asarray(chebyshev.chebder(distance[close], axis=1)))
+    `below` holds |1 + L|²; `above` |L|² for T = L/(1 + L), or is None for S = 1/(1 + L).
+    """
+    degree = (2 if above is None else 4) * DEGREE
+    _, to_coefficients, values = tables(degree)
+    under = below @ values[:, : below.shape[1]].T
+    over = np.ones_like(under) if above is None else above @ values[:, : below.shape[1]].T
+    samples = (over / under).max(axis=1)
+    # Only a piece whose largest possible value exceeds the best sample can hold the maximum.
+    most = 1.0 if above is None else np.abs(above).sum(axis=1)
+    least = below[:, 0] - np.abs(below[:, 1:]).sum(axis=1)
+    close = np.argsort(-samples)[:8]
+    close = close[((least <= 0) | (most >= samples.max() * least))[close]]
+    slope = below_slope = below[close] @ slope_matrix(2 * DEGREE)
+    if above is not None:
+        grid = values[:, : below_slope.shape[1]]
+        turn = above[close] @ slope_matrix(2 * DEGREE) @ grid.T * under[close]
+        slope = (turn - over[close] * (below_slope @ grid.T)) @ to_coefficients.T
+    k, xi = zeros(slope)
     inner = ends[close[k]].mean(axis=1) + xi * np.diff(ends[close[k]], axis=1)[:, 0] / 2
     omega = np.exp(np.concatenate([inner, ends[[0, -1], [0, 1]]]))
-    values_at = 1 / np.abs(1 + L(1j * omega))
-    best = int(values_at.argmax())
-    # The supremum may be a limit that is not reached: 1 where L dies out, or that at ω = 0.
-    outer = L(1j * np.array([1e-6 * omega[-2], 1e6 * omega[-1]]))
-    at_zero = 1 / abs(1 + outer[0])
-    at_infinity = 1.0 if abs(outer[1]) < 1e-3 else 0.0
-    if max(at_zero, at_infinity) > values_at[best]:
-        return (0.0, float(at_zero)) if at_zero > at_infinity else (math.inf, 1.0)
-    return float(omega[best]), float(values_at[best])
+
+    def height(at: Any) -> Any:
+        return np.abs((1 if above is None else at) / (1 + at))
+
+    heights = height(L(1j * omega))
+    best = int(heights.argmax())
+    # The supremum may be a limit that is not reached: that at ω = 0, or where L dies out.
+    at_zero = float(height(limits[0])) if np.isfinite(limits[0]) else float(above is not None)
+    at_infinity = float(above is None) if abs(limits[1]) < 1e-3 else 0.0
+    if max(at_zero, at_infinity) > heights[best]:
+        return (0.0, at_zero) if at_zero > at_infinity else (math.inf, at_infinity)
+    return float(omega[best]), float(heights[best])
 
 
-@cache
-def _tables(degree: int) -> tuple[Array, Array, Array]:
-    """Chebyshev nodes of [−1, 1], the matrix to coefficients and the one back to values."""
-    nodes = -np.cos(np.pi * np.arange(degree + 1) / degree)
-    values = chebyshev.chebvander(nodes, degree)
-    return nodes, np.asarray(np.linalg.inv(values), float), np.asarray(values, float)
-
-
-@cache
-def _multiplication(n: int) -> Array:
-    """Multiplication by ξ in the Chebyshev basis, without the leading coefficient's row term."""
-    matrix = (np.eye(n, k=1) + np.eye(n, k=-1)) / 2
-    if n > 1:
-        matrix[0, 1] = 1.0
-    return matrix
+def _bandwidth(ends: Array, size: Array, distance: Array, at_zero: complex, top: float) -> float:
+    """The least ω at which |T|² = |L|²/|1 + L|² falls 3 dB below what it is at ω = 0."""
+    start = abs(at_zero / (1 + at_zero)) if np.isfinite(at_zero) else 1.0
+    if start < 1e-6 * top:
+        return 0.0  # T lets no constant through: there is nothing to fall from
+    return float(min(_frequencies(ends, size - start**2 * 10**-0.3 * distance), default=math.inf))
