@@ -7,12 +7,15 @@ so that no later step has to take an ``exp`` apart again. Wiring them up is left
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
 import sympy as sp
 
+from vsctrl.diagram import foreign
+from vsctrl.diagram.foreign import exact_number
 from vsctrl.errors import InputError
 from vsctrl.symbols import s
 
@@ -46,7 +49,9 @@ class Sum:
                     f"Sum: cannot read {rest!r} in {self.equation!r}; "
                     "write signals joined by + or -, like 'e = S_ref - S_meas'."
                 )
-            terms.append((-1 if term["sign"] == "-" else 1, _signal(term["name"], self.equation)))
+            terms.append(
+                (-1 if term["sign"] == "-" else 1, signal_name(term["name"], self.equation))
+            )
             rest = rest[term.end() :]
         names = [name for _, name in terms]
         twice = next((name for name in names if names.count(name) > 1), None)
@@ -55,13 +60,19 @@ class Sum:
                 f"Sum: signal {twice!r} appears twice in {self.equation!r}; "
                 "put a Block with the gain you mean in front of the sum."
             )
-        object.__setattr__(self, "output", _signal(found["out"], self.equation))
+        object.__setattr__(self, "output", signal_name(found["out"], self.equation))
         object.__setattr__(self, "terms", tuple(terms))
 
     @property
     def inputs(self) -> tuple[str, ...]:
         """The signals that are summed."""
         return tuple(name for _, name in self.terms)
+
+    def rewired(self, taken: Mapping[str, str], driven: Mapping[str, str]) -> Sum:
+        """The same sum of other signals: those it takes and the one it drives, renamed."""
+        terms = (f"{'+' if sign > 0 else '-'} {taken.get(n, n)}" for sign, n in self.terms)
+        total = " ".join(terms).removeprefix("+ ")
+        return Sum(f"{driven.get(self.output, self.output)} = {total}")
 
     def __str__(self) -> str:
         first, *rest = self.terms
@@ -75,7 +86,9 @@ class Sum:
 class Block:
     """A linear block ``output = G(s) · input``, with G rational in s and in delays ``exp(-τ s)``.
 
-    `expr` is a number or a SymPy expression in ``s`` and any parameters; `wiring` is
+    `expr` is a number, a SymPy expression in ``s`` and any parameters, or a python-control
+    ``TransferFunction`` or ``StateSpace`` in continuous time with one input and one output (of
+    which the transfer function is taken, decimals exactly as they print); `wiring` is
     ``"input -> output"``. Time is in seconds, so s is in rad/s.
     Errors: `InputError` for a factor that is neither rational in s nor a constant delay, for a
     prediction ``exp(+τ s)``, or for text in place of an expression.
@@ -96,10 +109,10 @@ class Block:
                 f"Block {self.name!r}: the wiring {self.wiring!r} is not understood; "
                 "write it like 'u -> y'."
             )
-        expr = _expression(self.expr, self.name)
+        expr = _expression(foreign.expression(self.expr, self.name), self.name)
         object.__setattr__(self, "expr", expr)
-        object.__setattr__(self, "input", _signal(found["input"], self.wiring))
-        object.__setattr__(self, "output", _signal(found["output"], self.wiring))
+        object.__setattr__(self, "input", signal_name(found["input"], self.wiring))
+        object.__setattr__(self, "output", signal_name(found["output"], self.wiring))
         object.__setattr__(self, "rational", Rational.of(expr, self.name))
 
     @property
@@ -107,8 +120,16 @@ class Block:
         """The block's input signal, as a tuple like that of a `Sum`."""
         return (self.input,)
 
+    def rewired(self, taken: Mapping[str, str], driven: Mapping[str, str]) -> Block:
+        """The same block between other signals: the one it takes and the one it drives, renamed."""
+        ends = taken.get(self.input, self.input), driven.get(self.output, self.output)
+        return Block(self.name, self.expr, " -> ".join(ends))
+
     def __str__(self) -> str:
         return f"{self.output} = [{self.expr}] {self.input}"
+
+
+Part = Block | Sum
 
 
 @dataclass(frozen=True)
@@ -224,14 +245,8 @@ def _expression(value: Any, name: str) -> sp.Expr:
     return expr.xreplace(exact)
 
 
-def exact_number(value: float, where: str) -> Fraction:
-    """The decimal that a float prints as (0.08 → 2/25), so that delays add up exactly."""
-    if not abs(value) < float("inf"):
-        raise InputError(f"{where}: {value} is not finite; give a finite number.")
-    return Fraction(repr(float(value)))
-
-
-def _signal(name: str, where: str) -> str:
+def signal_name(name: str, where: str) -> str:
+    """The name, if it can be that of a signal; else a sentence."""
     if not name.isidentifier():
         raise InputError(
             f"{where!r}: {name!r} is no signal name; use letters, digits and _, like S_meas."

@@ -9,23 +9,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy as sp
 
-from vsctrl.diagram import transfer
-from vsctrl.diagram.blocks import Block, Sum
+from vsctrl.diagram import nested, transfer
+from vsctrl.diagram.blocks import Block, Part
 from vsctrl.diagram.transfer import Coefficients, GainForm
 from vsctrl.errors import InputError, nearest
 from vsctrl.symbols import KEYWORDS, s
 
 if TYPE_CHECKING:
     from vsctrl.diagram.system import System
-
-Part = Block | Sum
 
 
 @dataclass(frozen=True, init=False)
@@ -42,6 +40,7 @@ class Diagram:
     parts: tuple[Part, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
+    shown: tuple[Part, ...] = field(compare=False, repr=False)  #: with diagrams in it as one box
 
     def __init__(
         self,
@@ -49,7 +48,8 @@ class Diagram:
         inputs: Iterable[str] | None = None,
         outputs: Iterable[str] | None = None,
     ) -> None:
-        given = tuple(parts) if isinstance(parts, Iterable) else (parts,)
+        boxes = tuple(parts) if isinstance(parts, Iterable) else (parts,)
+        given = nested.opened(boxes)
         _check_parts(given)
         given = _one_symbol_a_name(given)
         object.__setattr__(self, "parts", given)
@@ -59,6 +59,7 @@ class Diagram:
         for side, names, found in (("inputs", inputs, undriven), ("outputs", outputs, ends)):
             object.__setattr__(self, side, found if names is None else _names(side, names))
         _check_wiring(self, undriven, taken, ends)
+        object.__setattr__(self, "shown", nested.boxed(boxes, given, self.outputs))
         self.parameters  # noqa: B018 - refuses two symbols of one keyword
 
     @cached_property
@@ -107,6 +108,26 @@ class Diagram:
         of the return difference 1 + L.
         """
         return self._opened(signal)
+
+    def block(self, name: str, wiring: str) -> nested.Subdiagram:
+        """This diagram as a block of another one, ``inner.block("speed loop", "u -> v")``.
+
+        It takes the place of its one input and its one output. Inside, everything stays as it is:
+        each signal is called ``speed_loop_x`` for x here, each block ``speed loop: x``, parameters
+        of one name are one parameter, and no root is lost. It is drawn as one box.
+        Errors: `InputError` where there are several inputs or outputs; see `renamed` for those.
+        """
+        return nested.subdiagram(self, name, wiring)
+
+    def renamed(self, signals: Mapping[str, str], name: str = "") -> Diagram:
+        """The same diagram with other signal names, to be joined with others by what they share.
+
+        ``Diagram([*left.renamed({"y": "x"}, "left").parts, *right.parts])``: `signals` maps old to
+        new names; with a `name` all other signals and the blocks bear it in front, so that one
+        diagram can be used twice. Errors: `InputError` for an unknown signal and for a new name
+        that is taken.
+        """
+        return nested.renamed(self, signals, name)
 
     def at(self, values: Mapping[str, float] | None = None, /, **keywords: float) -> System:
         """The diagram with a number for every parameter, ready for every numeric face.
@@ -239,7 +260,7 @@ def _open(diagram: Diagram, signal: str) -> Diagram:
             f"open one of {', '.join(diagram.drivers)}."
         )
     cut = f"{signal}__cut"
-    parts = [_rewired(part, {signal: cut}) for part in diagram.parts]
+    parts = [part.rewired({signal: cut}, {}) for part in diagram.parts]
     outputs = (*diagram.outputs, *(() if signal in diagram.outputs else (signal,)))
     if all(signal not in part.inputs for part in diagram.parts):
         raise InputError(
@@ -249,19 +270,11 @@ def _open(diagram: Diagram, signal: str) -> Diagram:
     return Diagram(parts, inputs=(*diagram.inputs, cut), outputs=outputs)
 
 
-def _rewired(part: Part, renamed: Mapping[str, str]) -> Part:
-    """The part with the signals it takes renamed; what it drives stays."""
-    if isinstance(part, Block):
-        return replace(part, wiring=f"{renamed.get(part.input, part.input)} -> {part.output}")
-    terms = "".join(f"{'+' if k > 0 else '-'} {renamed.get(n, n)} " for k, n in part.terms)
-    return Sum(f"{part.output} = {terms}")
-
-
 def _check_parts(parts: tuple[Part, ...]) -> None:
     drivers: dict[str, Part] = {}
     names: set[str] = set()
     for part in parts:
-        if not isinstance(part, Block | Sum):
+        if not isinstance(part, Part):
             raise InputError(f"Diagram: {part!r} is no part; give Block(…) and Sum(…) objects.")
         if part.output in drivers:
             raise InputError(

@@ -18,7 +18,8 @@ import numpy as np
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
-from vsctrl.diagram.blocks import Block, delay_symbol, exact_number
+from vsctrl.diagram.blocks import Block, delay_symbol
+from vsctrl.diagram.foreign import exact_number
 from vsctrl.errors import InputError
 from vsctrl.symbols import s
 

@@ -13,7 +13,7 @@ from typing import Any
 import sympy as sp
 
 from vsctrl.diagram import Block, Diagram, Parabola, Ramp, Step, Sum
-from vsctrl.diagram.blocks import exact_number
+from vsctrl.diagram.foreign import exact_number
 from vsctrl.errors import InputError, nearest
 from vsctrl.loop import values as check
 from vsctrl.loop.figure1 import Placement, check_placement, diagram

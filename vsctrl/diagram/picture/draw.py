@@ -52,7 +52,7 @@ def svg(diagram: Diagram) -> str:
     )
     title = f"Block diagram from {', '.join(diagram.inputs) or 'no input'} "
     title += f"to {', '.join(diagram.outputs) or 'no output'}"
-    about = "; ".join(_described(part) for part in diagram.parts)
+    about = "; ".join(_described(part) for part in diagram.shown)
     digest = hashlib.sha256("\n".join([title, about, body]).encode(errors="replace")).hexdigest()
     name = f"vsctrl-{digest[:12]}"
     width, height = _n(picture.width), _n(picture.height)

@@ -44,7 +44,7 @@ class Graph:
     """The diagram's parts and ends as nodes, joined by signals."""
 
     def __init__(self, diagram: Diagram) -> None:
-        self.nodes = [node for part in diagram.parts for node in _nodes(part)]
+        self.nodes = [node for part in diagram.shown for node in _nodes(part)]
         self.nodes += [Node("input", (), name) for name in diagram.inputs]
         self.nodes += [Node("output", ((1, name),), "") for name in dict.fromkeys(diagram.outputs)]
         self.driver = {node.gives: i for i, node in enumerate(self.nodes) if node.gives}

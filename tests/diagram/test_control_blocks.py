@@ -1,0 +1,69 @@
+"""Blocks made of python-control systems: the same function of s, whatever form it came in."""
+
+import control
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import vsctrl as vs
+from vsctrl.symbols import s
+
+AT = np.array([0.3j, 2.0j, 1 + 1j, -0.4 + 3j])
+
+
+def channel(system):
+    return vs.Diagram([vs.Block("P", system, "u -> y")]).at()["u", "y"]
+
+
+def test_a_transfer_function_is_taken_with_its_decimals():
+    block = vs.Block("P", control.tf([0.1, 1], [0.08, 1, 0]), "u -> y")
+    assert block.expr == (s / 10 + 1) / (2 * s**2 / 25 + s) or block.expr.equals(
+        (s / 10 + 1) / (2 * s**2 / 25 + s)
+    )
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(st.integers(1, 7), st.integers(0, 10_000), st.booleans())
+def test_a_state_space_is_what_python_control_evaluates(n, seed, through):
+    random = np.random.default_rng(seed)
+    A = random.normal(size=(n, n)) - 1.5 * np.eye(n)
+    B, C = random.normal(size=(n, 1)), random.normal(size=(1, n))
+    system = control.ss(A, B, C, random.normal(size=(1, 1)) if through else 0)
+    ours, theirs = channel(system), system(AT)
+    # Coefficients cost the condition of the polynomial, of order 1e4 at seven states.
+    assert ours(AT) == pytest.approx(theirs, rel=1e-10, abs=1e-10)
+    poles = np.sort_complex(np.asarray(control.poles(system)))
+    if len(ours.poles(n)) == n:
+        assert np.sort_complex(ours.poles(n)) == pytest.approx(poles, rel=1e-6, abs=1e-6)
+
+
+def test_a_static_gain_and_a_differentiator():
+    assert channel(control.ss([], [], [], [[2.5]]))(1j) == 2.5
+    assert channel(control.tf([1, 0], [1]))(3j) == 3j
+
+
+def test_a_pade_model_of_python_control_goes_round_the_loop():
+    """Margins of figure 1 with its delay as python-control's Padé 8: right to 1e-10."""
+    parts = [
+        vs.Sum("e = r - m"),
+        vs.Block("gain", control.tf([2.5], [1, 0]), "e -> y"),
+        vs.Block("late", control.tf(*control.pade(0.08, 8)), "y -> m"),
+    ]
+    m = vs.Diagram(parts, inputs=["r"], outputs=["y"]).at().open("m").margins()
+    assert m.gain == pytest.approx(np.pi / 0.4, rel=1e-9, abs=0)
+    assert m.phase == pytest.approx(np.pi / 2 - 0.2, rel=1e-9, abs=0)
+
+
+@pytest.mark.parametrize(
+    ("system", "words"),
+    [
+        (control.tf([1], [1, 1], 0.1), "in discrete time, dt = 0.1"),
+        (control.ss([[0]], [[1, 2]], [[1]], [[0, 0]]), "2 inputs and 1 outputs"),
+        (control.frd([1, 2j], [1, 2]), "a FrequencyResponseData is no transfer function"),
+    ],
+)
+def test_other_systems_are_refused(system, words):
+    with pytest.raises(vs.InputError) as refused:
+        vs.Block("P", system, "u -> y")
+    assert words in str(refused.value)

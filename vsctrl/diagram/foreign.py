@@ -1,0 +1,77 @@
+"""Numbers and systems from elsewhere, made exact: floats as decimals, python-control's as formulas.
+
+python-control is not imported here: only one who has made a system of it can hand one over.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Any
+
+import sympy as sp
+from sympy.polys.matrices import DomainMatrix
+
+from vsctrl.errors import InputError
+from vsctrl.symbols import s
+
+
+def exact_number(value: float, where: str) -> Fraction:
+    """The decimal that a float prints as (0.08 → 2/25), so that delays add up exactly."""
+    if not abs(value) < float("inf"):
+        raise InputError(f"{where}: {value} is not finite; give a finite number.")
+    return Fraction(repr(float(value)))
+
+
+def expression(value: Any, name: str) -> Any:
+    """The transfer function of a python-control system as a formula; all else as it is.
+
+    Errors: `InputError` for a system with several inputs or outputs, in discrete time, or that is
+    known by its frequency response only.
+    """
+    control = sys.modules.get("control")
+    if control is None or not isinstance(value, control.InputOutputSystem):
+        return value
+    if not isinstance(value, control.TransferFunction | control.StateSpace):
+        raise InputError(
+            f"Block {name!r}: a {type(value).__name__} is no transfer function; "
+            "give a TransferFunction or a StateSpace."
+        )
+    if value.ninputs != 1 or value.noutputs != 1:
+        raise InputError(
+            f"Block {name!r}: the system has {value.ninputs} inputs and {value.noutputs} outputs; "
+            "give each channel a Block of its own, like system[0, 1]."
+        )
+    if value.dt:
+        raise InputError(
+            f"Block {name!r}: the system is in discrete time, dt = {value.dt}; give one in "
+            "continuous time and sample the diagram with at(…).sampled(…)."
+        )
+    if isinstance(value, control.StateSpace):
+        return _from_states(value, name)
+    num, den = (_polynomial(side[0][0], name) for side in (value.num, value.den))
+    return num / den
+
+
+def _polynomial(coefficients: Iterable[float], name: str) -> sp.Expr:
+    return sp.Poly([_exact(c, name) for c in coefficients], s).as_expr()
+
+
+def _from_states(system: Any, name: str) -> sp.Expr:
+    """D + C adj(sI − A) B/det(sI − A) in rationals, as det(sI − A + BC) − det(sI − A) has it."""
+    A, B, C, D = (
+        sp.Matrix(*matrix.shape, [_exact(x, name) for x in matrix.ravel()])
+        for matrix in (system.A, system.B, system.C, system.D)
+    )
+    if not len(A):
+        return D[0, 0]
+    below, closed = (
+        sp.Poly(DomainMatrix.from_Matrix(M).to_field().charpoly(), s).as_expr()
+        for M in (A, A - B * C)
+    )
+    return D[0, 0] + (closed - below) / below
+
+
+def _exact(value: float, name: str) -> sp.Rational:
+    return sp.Rational(exact_number(value, f"Block {name!r}"))

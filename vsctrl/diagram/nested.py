@@ -1,0 +1,77 @@
+"""A diagram inside another: its signals renamed, its parts put in, its picture one box."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from vsctrl.diagram.blocks import Block, Part, signal_name
+from vsctrl.errors import InputError, nearest
+
+if TYPE_CHECKING:
+    from vsctrl.diagram.diagram import Diagram
+
+
+@dataclass(frozen=True)
+class Subdiagram(Block):
+    """A block that is a diagram; `parts` are what is in it, wired to what is around it."""
+
+    parts: tuple[Part, ...] = ()
+
+
+def subdiagram(diagram: Diagram, name: str, wiring: str) -> Subdiagram:
+    """The diagram as a block; its one input and one output become those of the wiring."""
+    if len(diagram.inputs) != 1 or len(diagram.outputs) != 1:
+        raise InputError(
+            f"block: a block has one input and one output, the diagram has inputs "
+            f"{', '.join(diagram.inputs) or 'none'} and outputs {', '.join(diagram.outputs)}; "
+            "join its parts by their signals instead, see renamed."
+        )
+    (source,), (target,) = diagram.inputs, diagram.outputs
+    outer = Block(name, 1, wiring)
+    inside = renamed(diagram, {source: outer.input, target: outer.output}, name)
+    return Subdiagram(name, diagram.transfer(source, target), wiring, parts=inside.parts)
+
+
+def renamed(diagram: Diagram, signals: Mapping[str, str], name: str = "") -> Diagram:
+    """The diagram with other signal names; what is not named gets `name` in front."""
+    if not isinstance(signals, Mapping):
+        raise InputError(f'renamed: {signals!r} maps no signals; write {{"old": "new"}}.')
+    for signal in signals:
+        if signal not in diagram.signals:
+            raise InputError(
+                f"renamed: there is no signal {signal!r}{nearest(signal, diagram.signals)}; "
+                f"the diagram has {', '.join(diagram.signals)}."
+            )
+        signal_name(str(signals[signal]), f"renamed: {signal}")
+    front = re.sub(r"\W", "_", name) + "_" if name else ""
+    new = {signal: signals.get(signal, front + signal) for signal in diagram.signals}
+    if len(set(new.values())) < len(new):
+        taken = sorted(n for n in new.values() if list(new.values()).count(n) > 1)
+        raise InputError(
+            f"renamed: {taken[0]!r} would be two signals; give each a name of its own."
+        )
+    parts = []
+    for part in diagram.parts:
+        moved = part.rewired(new, new)
+        if isinstance(moved, Block) and name:
+            moved = replace(moved, name=f"{name}: {moved.name}")
+        parts.append(moved)
+    return type(diagram)(parts, [new[n] for n in diagram.inputs], [new[n] for n in diagram.outputs])
+
+
+def boxed(given: tuple[Part, ...], flat: tuple[Part, ...], ends: Iterable[str]) -> tuple[Part, ...]:
+    """The parts to draw: as given, unless a signal within a box is asked for outside of it."""
+    inner = {part.output for part in flat} - {part.output for part in given}
+    asked = {*ends, *(name for part in given for name in part.inputs)}
+    return flat if inner & asked else given
+
+
+def opened(parts: Iterable[Part]) -> tuple[Part, ...]:
+    """The parts with those of every subdiagram in its place."""
+    flat: list[Part] = []
+    for part in parts:
+        flat += part.parts if isinstance(part, Subdiagram) else (part,)
+    return tuple(flat)
