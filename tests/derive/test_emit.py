@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from sympy import Symbol, lambdify, log, sqrt, symbols
 
-from vsctrl.derive import Feature, Point, emit, emit_servo_kernels, interaction_matrix
+from vsctrl.derive import PIXELS, Feature, Point, emit, emit_servo_kernels, interaction_matrix
 from vsctrl.errors import InputError
 from vsctrl.servo import kernels
 from vsctrl.symbols import F_x, F_y, lam, x, y, z
@@ -74,7 +74,7 @@ def test_point_interaction_equals_sympy(shape):
     ]
     L = kernels.point_interaction(*values)
     assert L.shape == (*shape, 2, 6)
-    expected = evaluated(interaction_matrix(Point()), Point().arguments, values)
+    expected = evaluated(interaction_matrix(Point(PIXELS)), Point(PIXELS).arguments, values)
     # A handful of roundings; the two terms of columns 4 and 5 have the same sign: no cancellation.
     np.testing.assert_allclose(L, expected, rtol=2e-15)
 
@@ -95,7 +95,7 @@ def test_arguments_broadcast():
     L = kernels.point_interaction(u, v, depth, 700.0, 650.0)
     assert L.shape == (3, 5, 2, 6)
     values = [u, v, depth, 700.0, 650.0]
-    expected = evaluated(interaction_matrix(Point()), Point().arguments, values)
+    expected = evaluated(interaction_matrix(Point(PIXELS)), Point(PIXELS).arguments, values)
     np.testing.assert_allclose(L, expected, rtol=2e-15)
 
 
@@ -106,7 +106,7 @@ def test_no_batch_shares_memory():
 
 
 def test_emit_prints_a_module_that_runs_by_itself():
-    printed = run(emit(Point()))["point_interaction"]
+    printed = run(emit(Point(PIXELS)))["point_interaction"]
     batch = np.array([10.0, 20.0, 30.0])
     here = printed(batch, 2 * batch, 0.8, 700.0, 650.0)
     np.testing.assert_array_equal(here, kernels.point_interaction(batch, 2 * batch, 0.8, 700, 650))
@@ -141,4 +141,4 @@ def test_any_feature_prints_what_sympy_derives(feature, shape):
 
 def test_an_unknown_language_is_refused_with_the_known_ones():
     with pytest.raises(InputError, match="language = 'fortran' cannot be printed; choose one of"):
-        emit(Point(), language="fortran")
+        emit(Point(PIXELS), language="fortran")

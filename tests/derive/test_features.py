@@ -5,7 +5,7 @@ import re
 import pytest
 from sympy import Integer, Symbol, symbols
 
-from vsctrl.derive import Feature, Point
+from vsctrl.derive import PIXELS, Feature, Point
 from vsctrl.errors import InputError
 from vsctrl.symbols import F_x, F_y, X, Y, x, y, z
 
@@ -13,7 +13,7 @@ x_1, y_1, z_1 = symbols("x_1 y_1 z_1")
 
 
 def test_point_is_eq_15():
-    point = Point()
+    point = Point(PIXELS)
     assert point.expressions == (x / z * F_x, y / z * F_y)
     assert point.arguments == (X, Y, z, F_x, F_y)
     back = point.through_measures
@@ -21,8 +21,8 @@ def test_point_is_eq_15():
 
 
 def test_a_feature_is_a_value():
-    assert Point() == Point()
-    assert hash(Point()) == hash(Point())
+    assert Point(PIXELS) == Point(PIXELS)
+    assert hash(Point(PIXELS)) == hash(Point(PIXELS))
 
 
 def test_arguments_without_measures_are_coordinates():

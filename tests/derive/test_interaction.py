@@ -5,14 +5,14 @@ import pytest
 from scipy.linalg import expm
 from sympy import Matrix, Symbol, lambdify, log, sqrt, symbols, zeros
 
-from vsctrl.derive import Feature, Point, interaction_matrix
+from vsctrl.derive import PIXELS, Feature, Point, interaction_matrix
 from vsctrl.symbols import F_x, F_y, X, Y, x, y, z
 
 COLUMNS = ("Vx", "Vy", "Vz", "Wx", "Wy", "Wz")
 FIRST, SECOND = (x, y, z), symbols("x_1 y_1 z_1", positive=True)
 x_1, y_1, z_1 = SECOND
 FEATURES = [
-    Point(),
+    Point(PIXELS),
     Feature("depth", (log(z),), (FIRST,)),
     Feature("middle", ((x / z + x_1 / z_1) / 2, (y / z + y_1 / z_1) / 2), (FIRST, SECOND)),
     Feature(
@@ -31,7 +31,7 @@ def test_point_matches_the_published_matrix():
             [0, -F_y / z, Y / z, F_y + Y**2 / F_y, -X * Y / F_x, -F_y * X / F_x],
         ]
     )
-    L = interaction_matrix(Point())
+    L = interaction_matrix(Point(PIXELS))
     assert L.shape == (2, 6)
     assert (L - expected).expand() == zeros(2, 6)
 
@@ -89,5 +89,5 @@ def test_depth_alone():
 
 
 def test_measures_are_substituted_everywhere():
-    assert interaction_matrix(Point()).free_symbols == {X, Y, z, F_x, F_y}
-    assert Symbol("x", real=True) not in interaction_matrix(Point()).free_symbols
+    assert interaction_matrix(Point(PIXELS)).free_symbols == {X, Y, z, F_x, F_y}
+    assert Symbol("x", real=True) not in interaction_matrix(Point(PIXELS)).free_symbols

@@ -6,6 +6,7 @@ from scipy.linalg import expm
 from sympy import Matrix, Symbol, cos, lambdify, limit, simplify, sin, symbols, zeros
 
 from vsctrl.derive import (
+    PIXELS,
     Feature,
     Point,
     interaction_matrix,
@@ -43,17 +44,17 @@ V, r = (V_x, V_y, V_z), (r_x, r_y, r_z)
 
 @pytest.fixture(scope="module")
 def screw():
-    return reference(Point(), V=V, omega=omega, r=r)
+    return reference(Point(PIXELS), V=V, omega=omega, r=r)
 
 
 @pytest.fixture(scope="module")
 def cube():
     """Section 4.2: the axis is parallel to y at the distance d along the optical axis."""
-    return rotation_reference(Point(), d=(0, 0, d_z), omega=omega, r=(0, 1, 0))
+    return rotation_reference(Point(PIXELS), d=(0, 0, d_z), omega=omega, r=(0, 1, 0))
 
 
 def test_section_4_1():
-    slide = translation_reference(Point(), V=(V_x, 0, 0))
+    slide = translation_reference(Point(PIXELS), V=(V_x, 0, 0))
     expected = Matrix([(x_0 - V_x * t) / z_0 * F_x, y_0 / z_0 * F_y])
     assert simplify(slide.s - expected) == zeros(2, 1)
     assert simplify(slide.s_dot - Matrix([-F_x * V_x / z_0, 0])) == zeros(2, 1)
@@ -83,14 +84,14 @@ def test_the_derivative_is_the_interaction_matrix_times_the_screw(screw, vanishe
     """Along every constant screw: ds*/dt = L(s*, z*) T*."""
     T = Matrix([*V, *(omega * component for component in r)])
     starred = {X: screw.s[0], Y: screw.s[1], z: screw.points[0][2]}
-    L = interaction_matrix(Point()).subs(starred)
+    L = interaction_matrix(Point(PIXELS)).subs(starred)
     assert all(vanishes(entry) for entry in screw.s_dot - L * T)
     # The same with one sign of the screw wrong must not pass.
     assert not vanishes((screw.s_dot - L * T.subs(V_z, -V_z))[0])
 
 
 def test_a_slow_screw_tends_to_the_translation(screw):
-    plain = translation_reference(Point(), V=V)
+    plain = translation_reference(Point(PIXELS), V=V)
     for slow, straight in zip(screw.points[0], plain.points[0], strict=True):
         assert limit(slow, omega, 0).expand() == straight
     assert plain.s == Matrix(
@@ -100,8 +101,8 @@ def test_a_slow_screw_tends_to_the_translation(screw):
 
 def test_rotation_is_the_screw_of_its_velocity(vanishes):
     d = (d_x, d_y, d_z)
-    turn = rotation_reference(Point(), d=d, omega=omega, r=r)
-    same = reference(Point(), V=-omega * Matrix(r).cross(Matrix(d)), omega=omega, r=r)
+    turn = rotation_reference(Point(PIXELS), d=d, omega=omega, r=r)
+    same = reference(Point(PIXELS), V=-omega * Matrix(r).cross(Matrix(d)), omega=omega, r=r)
     assert (turn.V - same.V).expand() == zeros(3, 1)
     assert all(vanishes(entry) for entry in turn.points[0] - same.points[0])
 
@@ -144,9 +145,9 @@ def test_several_points_start_under_their_own_names():
 def test_the_time_may_be_a_number_or_a_difference(cube):
     t_1, t_0 = symbols("t_1 t_0", real=True)
     motion = {"d": (0, 0, d_z), "omega": omega, "r": (0, 1, 0)}
-    at = rotation_reference(Point(), t=2, **motion)
+    at = rotation_reference(Point(PIXELS), t=2, **motion)
     assert simplify(at.s_dot - cube.s_dot.subs(t, 2)) == zeros(2, 1)
-    later = rotation_reference(Point(), t=t_1 - t_0, **motion)
+    later = rotation_reference(Point(PIXELS), t=t_1 - t_0, **motion)
     assert simplify(later.s_dot - later.s.diff(t_1)) == zeros(2, 1)
 
 
@@ -156,6 +157,6 @@ def test_it_shows_itself_in_a_notebook(cube):
 
 def test_a_screw_that_depends_on_time_is_refused():
     with pytest.raises(InputError, match="V depends on the time t"):
-        translation_reference(Point(), V=(cos(t), 0, 0))
+        translation_reference(Point(PIXELS), V=(cos(t), 0, 0))
     with pytest.raises(InputError, match="has length 2, not 1"):
-        reference(Point(), V=V, omega=omega, r=(0, 0, 2))
+        reference(Point(PIXELS), V=V, omega=omega, r=(0, 0, 2))

@@ -1,9 +1,11 @@
 """What can be proved: motion, features, interaction matrices and references, in SymPy only."""
 
+from vsctrl.derive.camera import NORMALISED, PIXELS, Camera
 from vsctrl.derive.emit import emit, emit_servo_kernels
-from vsctrl.derive.features import Feature, Point
+from vsctrl.derive.features import Feature
 from vsctrl.derive.interaction import interaction_matrix
 from vsctrl.derive.motion import point_motion, rotation, rotation_about, skew
+from vsctrl.derive.points import Point
 from vsctrl.derive.references import (
     Reference,
     reference,
@@ -12,6 +14,9 @@ from vsctrl.derive.references import (
 )
 
 __all__ = [
+    "NORMALISED",
+    "PIXELS",
+    "Camera",
     "Feature",
     "Point",
     "Reference",

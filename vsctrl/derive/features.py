@@ -1,39 +1,45 @@
-"""What s is: a feature as expressions of the camera-frame coordinates of one or more points.
+"""What s is: a feature as expressions of camera-frame coordinates of points and directions.
 
 The module exists so that everything else (interaction matrix, reference, source code) is derived
-from one declaration, and holds for any feature. How s changes is left to ``interaction`` and
-``references``.
+from one declaration, and holds for any feature. The features that people use are declared in
+``points``, ``contours``, ``moments`` and ``poses``.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 
-from sympy import Expr, Symbol, solve
+from sympy import Expr, ImmutableMatrix, Symbol, cancel, expand, solve
 
+from vsctrl.derive.inputs import vanishes
+from vsctrl.derive.interaction import Coordinates, chain_rule
 from vsctrl.errors import InputError
-from vsctrl.symbols import F_x, F_y, X, Y, x, y, z
-
-Coordinates = tuple[Symbol, Symbol, Symbol]
 
 
 @dataclass(frozen=True)
 class Feature:
-    """A visual feature s = ``expressions``, k functions of the coordinates of its points.
+    """A visual feature s = ``expressions``, k functions of coordinates of points and directions.
 
     ``points`` are the coordinates (x, y, z) of each point in the camera frame, in m, z > 0;
-    ``parameters`` the other symbols that s uses, such as focal lengths; ``measures``, if given, two
-    pairs (symbol, expression) for each point: image measures that stand for its x and y wherever a
-    result is written out, solved for by SymPy. The name becomes part of function names.
-    Raises InputError when an expression depends on no point, a point on no expression, a symbol is
-    undeclared, or the measures do not determine x and y. Source: s of eq. 1 and 15.
+    ``directions`` those of vectors that turn with the object and do not feel translation, such as
+    the direction of a line. ``parameters`` are the other symbols that s uses, such as focal
+    lengths. ``measures``, if given, are pairs (symbol, expression): what is measured in the image
+    and stands for coordinates wherever a result is written out. ``places`` are the pairs
+    (coordinate, expression in measures, remaining coordinates and parameters) that say how; with
+    two measures for each point they may be left out, and SymPy solves for its x and y. The name
+    becomes part of function names.
+    Errors: `InputError` when an expression depends on no point and no direction, one of those on
+    no expression, a symbol is undeclared, or measures and places do not belong together.
+    Source: s of eq. 1 and 15.
     """
 
     name: str
     expressions: tuple[Expr, ...]
-    points: tuple[Coordinates, ...]
+    points: tuple[Coordinates, ...] = ()
     parameters: tuple[Symbol, ...] = ()
     measures: tuple[tuple[Symbol, Expr], ...] = ()
+    directions: tuple[Coordinates, ...] = ()
+    places: tuple[tuple[Symbol, Expr], ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what is not a feature, before anything is derived from it."""
@@ -42,21 +48,21 @@ class Feature:
         self._check_shapes()
         self._check_dependence()
         if self.measures:
-            _ = self.through_measures
+            self._check_places()
 
     @property
     def coordinates(self) -> tuple[Symbol, ...]:
-        """The coordinates of all points in one row, x, y, z of the first point first."""
-        return tuple(chain.from_iterable(self.points))
+        """All coordinates in one row: points first, x, y, z of the first point first."""
+        return tuple(chain.from_iterable((*self.points, *self.directions)))
 
     @cached_property
     def through_measures(self) -> dict[Symbol, Expr]:
-        """Each x and y as an expression of the measures, the depths and the parameters.
+        """The coordinates that follow from the measures, the other coordinates and parameters.
 
         For an image point this inverts eq. 15: x = X z/F_x, y = Y z/F_y. Empty without measures.
         """
-        if not self.measures:
-            return {}
+        if self.places or not self.measures:
+            return dict(self.places)
         unknowns = [coordinate for point in self.points for coordinate in point[:2]]
         equations = [expression - measure for measure, expression in self.measures]
         solutions = solve(equations, unknowns, dict=True)
@@ -69,31 +75,41 @@ class Feature:
 
     @property
     def arguments(self) -> tuple[Symbol, ...]:
-        """The symbols in which results are written: point by point, then the parameters.
+        """The symbols in which results are written: places or points in turn, then parameters.
 
-        A point is (X, Y, z) with measures and (x, y, z) without.
+        A point is (X, Y, z) where two measures stand for its x and y, and (x, y, z) without.
         """
-        if not self.measures:
-            return self.coordinates + self.parameters
         symbols = [symbol for symbol, _ in self.measures]
+        if self.places:
+            placed = dict(self.places)
+            left = [c for c in self.coordinates if c not in placed]
+            return (*symbols, *left, *self.parameters)
+        if not symbols:
+            return self.coordinates + self.parameters
         points = [
             (*symbols[2 * i : 2 * i + 2], depth) for i, (_, _, depth) in enumerate(self.points)
         ]
         return tuple(chain.from_iterable(points)) + self.parameters
 
+    @cached_property
+    def interaction(self) -> ImmutableMatrix:
+        """L by the chain rule, k×6, in the arguments."""
+        L = chain_rule(self.expressions, self.points, self.directions)
+        return L.applyfunc(lambda entry: expand(cancel(entry.subs(self.through_measures))))
+
     def _check_shapes(self) -> None:
-        for field in ("expressions", "points", "parameters", "measures"):
+        for field in ("expressions", "points", "parameters", "measures", "directions", "places"):
             if not isinstance(getattr(self, field), tuple):
                 raise InputError(f"{field} of feature {self.name!r} must be a tuple.")
         if not self.expressions or not all(isinstance(e, Expr) for e in self.expressions):
             raise InputError(
                 f"Feature {self.name!r} needs at least one SymPy expression in its expressions."
             )
-        triples = all(isinstance(point, tuple) and len(point) == 3 for point in self.points)
-        if not triples or not self.points:
+        vectors = (*self.points, *self.directions)
+        if not vectors or not all(isinstance(v, tuple) and len(v) == 3 for v in vectors):
             raise InputError(
-                f"points of feature {self.name!r} must be triples of coordinates (x, y, z) and at "
-                f"least one; got {self.points!r}."
+                f"points and directions of feature {self.name!r} must be triples of coordinates "
+                f"(x, y, z) and at least one; got {vectors!r}."
             )
         declared = self.coordinates + self.parameters
         # The names become arguments of printed functions, so they must be distinct and plain.
@@ -103,18 +119,16 @@ class Feature:
                 f"Coordinates and parameters of feature {self.name!r} must be symbols with "
                 f"distinct names that are identifiers; got {declared!r}."
             )
-        pairs = all(
-            isinstance(pair, tuple)
-            and len(pair) == 2
-            and isinstance(pair[0], Symbol)
-            and pair[0].name.isidentifier()
-            and isinstance(pair[1], Expr)
-            for pair in self.measures
-        )
-        if not pairs or len(self.measures) not in (0, 2 * len(self.points)):
+        for field in ("measures", "places"):
+            if not all(_is_pair(pair) for pair in getattr(self, field)):
+                raise InputError(
+                    f"{field} of feature {self.name!r} must be pairs (symbol, expression); "
+                    f"got {getattr(self, field)!r}."
+                )
+        if not self.places and len(self.measures) not in (0, 2 * len(self.points)):
             raise InputError(
                 f"measures of feature {self.name!r} must be two pairs (symbol, expression) for "
-                f"each of its points, or none; got {self.measures!r}."
+                f"each of its points, or say in places what they stand for; got {self.measures!r}."
             )
 
     def _check_dependence(self) -> None:
@@ -126,10 +140,10 @@ class Feature:
                     "write it with the coordinates that the feature declares in points."
                 )
         used = set[Symbol]().union(*(e.free_symbols for e in self.expressions))
-        for point in self.points:
-            if not used & set(point):
+        for vector in (*self.points, *self.directions):
+            if not used & set(vector):
                 raise InputError(
-                    f"No expression of feature {self.name!r} depends on its point {point}; use "
+                    f"No expression of feature {self.name!r} depends on its point {vector}; use "
                     "the point or leave it out."
                 )
         used = used.union(*(expression.free_symbols for _, expression in self.measures))
@@ -140,17 +154,31 @@ class Feature:
                 "parameters or points."
             )
 
+    def _check_places(self) -> None:
+        """The places must give back the measures, and use nothing that is not known."""
+        placed = self.through_measures
+        foreign = set(placed) - set(self.coordinates)
+        used = set[Symbol]().union(*(e.free_symbols for e in placed.values()))
+        known = set(self.arguments) - set(placed)
+        if foreign or used - known:
+            names = ", ".join(sorted(map(str, foreign or used - known)))
+            raise InputError(
+                f"places of feature {self.name!r} must give coordinates by measures, other "
+                f"coordinates and parameters; {names} is none of these."
+            )
+        for measure, expression in self.measures:
+            if not vanishes(expression.subs(placed, simultaneous=True) - measure):
+                raise InputError(
+                    f"With its places, feature {self.name!r} does not give back its measure "
+                    f"{measure}; check the expressions of both."
+                )
 
-def Point() -> Feature:
-    """An image point in pixels from the principal point, s = (F_x x/z, F_y y/z).
 
-    F_x, F_y in pixels; x, y, z in m. Source: eq. 15.
-    """
-    image = (F_x * x / z, F_y * y / z)
-    return Feature(
-        name="point",
-        expressions=image,
-        points=((x, y, z),),
-        parameters=(F_x, F_y),
-        measures=((X, image[0]), (Y, image[1])),
+def _is_pair(pair: object) -> bool:
+    return (
+        isinstance(pair, tuple)
+        and len(pair) == 2
+        and isinstance(pair[0], Symbol)
+        and pair[0].name.isidentifier()
+        and isinstance(pair[1], Expr)
     )

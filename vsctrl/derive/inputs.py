@@ -8,12 +8,27 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any, TypeAlias
 
-from sympy import Expr, ImmutableMatrix, N, SympifyError, nan, oo, simplify, sympify, zoo
+from sympy import (
+    Expr,
+    Float,
+    ImmutableMatrix,
+    N,
+    Rational,
+    SympifyError,
+    nan,
+    oo,
+    simplify,
+    sympify,
+    zoo,
+)
 
 from vsctrl.errors import InputError
 
 #: Three numbers or expressions, or a 3×1 matrix.
 Vector: TypeAlias = Sequence[Any] | ImmutableMatrix
+
+#: What symbols are tried at, over 250: distinct, so that no two are equal by accident.
+PRIMES = (13, 29, 7, 37, 19, 43, 11, 31, 17, 41, 23, 47, 53, 59, 61, 67, 71, 73, 79, 83)
 
 # A unit axis computed in doubles misses length 1 by a few rounding errors; typed digits miss more.
 _UNIT_TOLERANCE = 1e-12
@@ -67,3 +82,21 @@ def axis(r: Vector) -> ImmutableMatrix:
         )
         raise InputError(f"The axis r = ({values}) has length {length:.6g}, not 1; {remedy}.")
     return column
+
+
+def vanishes(expression: Expr) -> bool:
+    """Whether an expression is zero, tried at two places in general position to 30 digits.
+
+    Symbols that are positive or real stay so; what is zero only under further conditions, as an
+    angle that wraps round, must not be at these places: they are small.
+    """
+    symbols = sorted(expression.free_symbols, key=str)
+    for shift in (0, 1):
+        values = {
+            symbol: Rational(2 * PRIMES[(i + shift) % len(PRIMES)] + 1, 250)
+            for i, symbol in enumerate(symbols)
+        }
+        size = N(expression.subs(values, simultaneous=True), 30, maxn=60)
+        if not size.is_number or not abs(size) < Float("1e-20", 30):
+            return False
+    return True

@@ -1,38 +1,81 @@
-"""The interaction matrix L of any feature, by the chain rule: s' = L T for a still target.
+"""The interaction matrix L of any feature: s' = L T for a still target.
 
-The module exists so that no Jacobian is typed by hand. Its batched source code is left to ``emit``.
+The module holds the kinematics that every derivation starts from, how a point and a direction move
+in the frame of a moving camera, and the chain rule over them. Features that are no functions of
+points bring their own derivation: see ``primitives`` and ``moments``.
 """
 
-from sympy import Expr, ImmutableMatrix, cancel, expand
+from collections.abc import Iterable, Sequence
+from typing import Protocol
 
-from vsctrl.derive.features import Feature
+from sympy import Expr, ImmutableMatrix, Symbol
+
 from vsctrl.derive.motion import skew
+from vsctrl.errors import InputError
 from vsctrl.symbols import Omega_x, Omega_y, Omega_z, V_x, V_y, V_z
 
+Coordinates = tuple[Symbol, Symbol, Symbol]
 
-def interaction_matrix(feature: Feature) -> ImmutableMatrix:
-    """The k×6 matrix L = Σ_points ∂s/∂p [−I₃ | p̃], columns Vx Vy Vz Ωx Ωy Ωz.
 
-    Rows are in the unit of s per m/s and per rad/s, written in ``feature.arguments``: in image
-    coordinates where the feature declares measures. Source: eq. 3 with the kinematic equation
-    p' = −V − Ω × p above eq. 11 (the paper writes Lᵀ for this same matrix).
+class VisualFeature(Protocol):
+    """What has an interaction matrix, written in ``arguments``, which become those of its code."""
+
+    @property
+    def name(self) -> str:
+        """An identifier, of which function names are made."""
+
+    @property
+    def arguments(self) -> tuple[Symbol, ...]:
+        """The symbols in which L is written."""
+
+    @property
+    def interaction(self) -> ImmutableMatrix:
+        """L, k×6."""
+
+
+def interaction_matrix(feature: VisualFeature) -> ImmutableMatrix:
+    """The k×6 matrix L of s' = L T for a still target, columns Vx Vy Vz Ωx Ωy Ωz.
+
+    Rows are in the unit of s per m/s and per rad/s, written in ``feature.arguments``. It is derived
+    once for each feature object. Source: eq. 3 (the paper writes Lᵀ for this same matrix).
+    Errors: `InputError` for what is no feature.
     """
-    s = ImmutableMatrix(feature.expressions)
+    if not hasattr(feature, "interaction"):
+        raise InputError(
+            f"{feature!r} is no feature; give one like derive.Point(), or a derive.Feature of your "
+            "own."
+        )
+    return feature.interaction
+
+
+def chain_rule(
+    expressions: Sequence[Expr], points: Iterable[Coordinates], directions: Iterable[Coordinates]
+) -> ImmutableMatrix:
+    """L = Σ_points ∂s/∂p [−I₃ | p̃] + Σ_directions ∂s/∂d [0 | d̃], k×6, in the coordinates.
+
+    Source: eq. 3 with the kinematic equation p' = −V − Ω × p above eq. 11; a direction does not
+    feel V.
+    """
+    s = ImmutableMatrix(expressions)
     L = ImmutableMatrix.zeros(s.rows, 6)
-    for point in feature.points:
-        p = ImmutableMatrix(point)
-        L += s.jacobian(p) * _point_velocity(p)
-    return L.applyfunc(lambda entry: _written_in_measures(entry, feature))
+    for point in points:
+        L += s.jacobian(ImmutableMatrix(point)) * point_velocity(point)
+    for direction in directions:
+        L += s.jacobian(ImmutableMatrix(direction)) * direction_velocity(direction)
+    return L
 
 
-def _point_velocity(p: ImmutableMatrix) -> ImmutableMatrix:
+def point_velocity(p: Sequence[Expr]) -> ImmutableMatrix:
     """The 3×6 matrix [−I₃ | p̃] of p' = −V − Ω × p, which is linear in the twist (V, Ω)."""
-    V = ImmutableMatrix([V_x, V_y, V_z])
-    Omega = ImmutableMatrix([Omega_x, Omega_y, Omega_z])
-    p_dot = -V - skew(Omega) * p
-    return p_dot.jacobian(ImmutableMatrix([*V, *Omega]))
+    V, Omega = _twist()
+    return (-V - skew(Omega) * ImmutableMatrix(p)).jacobian([*V, *Omega])
 
 
-def _written_in_measures(entry: Expr, feature: Feature) -> Expr:
-    """The entry as a sum of terms in the arguments of the feature."""
-    return expand(cancel(entry.subs(feature.through_measures)))
+def direction_velocity(d: Sequence[Expr]) -> ImmutableMatrix:
+    """The 3×6 matrix [0 | d̃] of d' = −Ω × d, the difference of two points."""
+    V, Omega = _twist()
+    return (-skew(Omega) * ImmutableMatrix(d)).jacobian([*V, *Omega])
+
+
+def _twist() -> tuple[ImmutableMatrix, ImmutableMatrix]:
+    return ImmutableMatrix([V_x, V_y, V_z]), ImmutableMatrix([Omega_x, Omega_y, Omega_z])

@@ -10,8 +10,9 @@ from typing import Any
 
 from sympy import Dummy, Expr, ImmutableMatrix, Symbol, latex
 
-from vsctrl.derive.features import Coordinates, Feature
+from vsctrl.derive.features import Feature
 from vsctrl.derive.inputs import Vector, axis, scalar, vector
+from vsctrl.derive.interaction import Coordinates
 from vsctrl.derive.motion import point_motion, rotation_about, skew
 from vsctrl.symbols import r_x, r_y, r_z
 from vsctrl.symbols import t as elapsed

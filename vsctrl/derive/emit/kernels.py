@@ -9,9 +9,11 @@ from itertools import groupby
 
 from sympy import ImmutableMatrix, Symbol
 
+from vsctrl.derive.camera import PIXELS
 from vsctrl.derive.emit.source import function_source
-from vsctrl.derive.features import Feature, Point
+from vsctrl.derive.features import Feature
 from vsctrl.derive.interaction import interaction_matrix
+from vsctrl.derive.points import Point
 from vsctrl.errors import InputError
 from vsctrl.symbols import F_x, F_y, X, Y, x, y, z
 
@@ -60,7 +62,7 @@ def emit_servo_kernels() -> str:
 
     Source: eq. 15 and the kinematic equation above eq. 11.
     """
-    point = Point()
+    point = Point(PIXELS)
     return f"{_HEADER}{_IMPORTS}\n\n{_projection(point)}\n\n{_interaction(point)}"
 
 
