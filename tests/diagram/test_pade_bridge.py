@@ -1,6 +1,7 @@
 """Padé models: python-control's own `pade`, the all-pass property, and the loop's limit gains."""
 
 import control
+import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
@@ -39,6 +40,24 @@ def test_it_is_all_pass(order):
     omega = np.geomspace(1e-3, 1e4, 201) / 0.08
     gain = np.abs(pure_delay(0.08).pade(order)(1j * omega))
     assert np.abs(gain - 1).max() < 1e-12
+
+
+@pytest.mark.parametrize("order", [4, 12, 20, 40])
+def test_it_keeps_its_digits_at_high_order(order):
+    """Against Σ (2n−k)! n!/((2n)! k! (n−k)!) (∓sτ)^k, summed with 60 digits."""
+    model = pure_delay(0.08).pade(order)
+    for x in (0.3, 3.0, 17.0, 60.0):
+        with mp.workdps(60):
+            terms = [
+                mp.factorial(2 * order - k)
+                / (mp.factorial(k) * mp.factorial(order - k))
+                * mp.mpc(0, x) ** k
+                for k in range(order + 1)
+            ]
+            below = mp.fsum(terms)
+            above = mp.fsum((-1) ** k * term for k, term in enumerate(terms))
+            exact = complex(above / below)
+        assert abs(model(1j * x / 0.08) - exact) < 1e-13
 
 
 @pytest.mark.parametrize("order", [2, 4, 8, 16])

@@ -6,7 +6,7 @@ function, to the module that knows how, and wraps what comes back in the ecosyst
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.diagram import count, delay, frequency, pade, roots, superpose
-from vsctrl.diagram.blocks import Block, exact_number
+from vsctrl.diagram import history as remembered
+from vsctrl.diagram.blocks import Block
+from vsctrl.diagram.foreign import exact_number
 from vsctrl.diagram.signals import SIDES, Signal
 from vsctrl.errors import ImproperError, InputError
 from vsctrl.symbols import s as symbol_s
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     import control
     import sympy as sp
 
+    from vsctrl.diagram.pade_model import PadeModel
     from vsctrl.diagram.system import System
 
 Array = NDArray[np.float64]
@@ -115,16 +118,28 @@ class Channel:
         )
 
     def response(
-        self, signal: Signal, t: ArrayLike, side: str = "right"
+        self,
+        signal: Signal,
+        t: ArrayLike,
+        side: str = "right",
+        history: Mapping[str, float | Callable[[Array], Any]] | None = None,
     ) -> control.TimeResponseData:
-        """The exact-delay response from rest at times t ≥ 0 (s).
+        """The exact-delay response at times t ≥ 0 (s), from rest or from a given history.
 
         `signal` is a `Step`, `Ramp`, `Parabola`, `Sine`, `Pulse` or `Samples`, or sums, multiples
         and later copies of these. Where the output or the signal jumps, the limit from `side` is
-        given, "right" or "left" (before t = 0 all is at rest).
+        given, "right" or "left" (before t = 0 all is at rest, or as `history` has it).
         An improper channel answers what is smooth enough: T of figure 1 a ramp, but not a step.
-        Errors: `InputError` for what is no signal or no time, and for an impulse; `LimitError`
-        where the jumps of a neutral loop become too many.
+
+        `history` tells what signals were at t ≤ 0, those not named having been zero: by name a
+        number, for all the past, or a function φ(t) of an array of times t ≤ 0 (s), which may have
+        kinks and jumps and is asked only as far back as delays reach (for a block of order two or
+        more also as far as its fastest time constant, for its slopes at 0). Inputs may be named,
+        which from 0 on are `signal` and otherwise zero, and outputs of blocks with dynamics; gains,
+        delays and sums follow from what they are fed. A number puts a block into steady state; a
+        function needs one of the form b/den(s), b a number, and its value at 0 is where it starts.
+        Errors: `InputError` for what is no signal or no time, for an impulse, and for a history
+        that is not usable; `LimitError` where the jumps of a neutral loop become too many.
         """
         _check_signal(signal)
         if side not in SIDES:
@@ -132,16 +147,25 @@ class Channel:
         import control
 
         times = _times(t)
-        system, eased = self._proper(signal)
-        y = self.sign * superpose.respond(system, eased, times, side)
+        u = signal(times, side)
+        if history is None:
+            y = self._from_rest(signal, times, side)
+        else:
+            y, before = remembered.respond(self, signal, history, times, side)
+            u = np.where((times == 0) & (side == "left"), before, u)
         return control.TimeResponseData(
             times,
             y.T,
-            inputs=signal(times, side)[None, :],
+            inputs=u[None, :],
             issiso=True,
             input_labels=[self.source],
             output_labels=[self.target],
         )
+
+    def _from_rest(self, signal: Signal, times: Array, side: str) -> Array:
+        """The response from rest, (len(times), 1)."""
+        system, eased = self._proper(signal)
+        return self.sign * superpose.respond(system, eased, times, side)
 
     def _proper(self, signal: Signal) -> tuple[delay.DelaySystem, Signal]:
         """A proper system and a signal that together answer as this channel does.
@@ -175,12 +199,22 @@ class Channel:
         """
         return roots.poles(self.realisation, n)
 
-    def pade(self, order: int) -> control.StateSpace:
-        """The channel with each delay replaced by its Padé model of this order."""
-        model = pade.pade_model(
-            self.realisation, order, inputs=[self.source], outputs=[self.target]
-        )
-        return model if self.sign > 0 else -model
+    def pade(
+        self,
+        order: int | None = None,
+        *,
+        tol: float | None = None,
+        band: tuple[float, float] | None = None,
+    ) -> PadeModel:
+        """The channel with each delay replaced by its Padé model, as a `control.StateSpace`.
+
+        Either of a given `order`, 1 to 40, or of the smallest whose relative error over `band`
+        (rad/s) is at most `tol`; without a band, from 0 to where the longest delay has turned the
+        phase by 2π. The model shows its own error, `PadeModel.error`, `.worst` and `.step_error`.
+        Errors: `InputError` for neither or both, for one that is not usable, and where no order
+        reaches the tolerance.
+        """
+        return pade.model(self, order, tol, band)
 
 
 @dataclass(frozen=True)
@@ -197,6 +231,24 @@ class OpenLoop(Channel):
         rates = np.concatenate([np.abs(np.linalg.eigvals(system.A)), 1 / late])
         unstable = count.count_right_of(system.closed(self.sign), -1e-12)
         return frequency.margins(self, rates, float(late.sum()), unstable)
+
+    def pade(
+        self,
+        order: int | None = None,
+        *,
+        tol: float | None = None,
+        band: tuple[float, float] | None = None,
+        on: str = "response",
+    ) -> PadeModel:
+        """L with each delay replaced by its Padé model, of a given order or to a tolerance.
+
+        With ``on="margins"``, `tol` is that of the gain, phase and delay margins and of the peak
+        sensitivity, relative to the exact ones; the loop of the model is then stable if and only
+        if the exact one is. The rest is as for any `Channel`.
+        """
+        if on == "response":
+            return super().pade(order, tol=tol, band=band)
+        return pade.model_for(self, order, tol, band, on)
 
 
 def _check_signal(signal: object) -> None:

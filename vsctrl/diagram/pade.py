@@ -2,24 +2,32 @@
 
 Each delay gets a balanced state-space Padé model of its own, put into its channel before the loop
 is closed: that stays well conditioned at orders where polynomials have long lost their digits, and
-needs as many states as there are, where L/(1 + L) on transfer functions doubles them.
+needs as many states as there are, where L/(1 + L) on transfer functions doubles them. The order is
+given, or it is the smallest that keeps to a tolerance: on the response, or on a loop's margins.
 """
 
 from __future__ import annotations
 
+import math
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from vsctrl.diagram import frequency
 from vsctrl.diagram.delay import DelaySystem
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, LimitError, nearest
 
 if TYPE_CHECKING:
-    import control
+    from vsctrl.diagram.channel import Channel, OpenLoop
+    from vsctrl.diagram.pade_model import PadeModel
 
 Array = NDArray[np.float64]
+Band = tuple[float, float]
+
+MOST = 40  #: the highest order
 
 
 def pade_delay(tau: float, order: int) -> tuple[Array, Array, Array, Array]:
@@ -42,27 +50,194 @@ def pade_delay(tau: float, order: int) -> tuple[Array, Array, Array, Array]:
     )
 
 
-def pade_model(system: DelaySystem, order: int, **names: Any) -> control.StateSpace:
-    """The delay system with every delay channel a Padé model of this order, loops closed.
-
-    Errors: `InputError` for an order that is no whole number from 1 to 40.
-    """
-    import control
-
-    if isinstance(order, bool) or not isinstance(order, int | np.integer) or not 1 <= order <= 40:
-        raise InputError(f"pade: order = {order!r} is not usable; give a whole number 1 to 40.")
+def matrices(system: DelaySystem, order: int) -> tuple[Array, Array, Array, Array]:
+    """(A, B, C, D) of the delay system with each delay a Padé model of this order, loops closed."""
     r, p, m = system.inputs, system.outputs, len(system.delays)
     A, B, C, D = system.A, system.B[:, :r], system.C[:p], system.D[:p, :r]
-    if m:
-        parts = [pade_delay(float(tau), int(order)) for tau in system.delays]
-        Ad, Bd, Cd, Dd = (block_diag(*matrices) for matrices in zip(*parts, strict=True))
-        Bw, Cz = system.B[:, r:], system.C[p:]
-        Dyw, Dzu, Dzw = system.D[:p, r:], system.D[p:, :r], system.D[p:, r:]
-        # w = Cd ξ + Dd z and z = Cz x + Dzu u + Dzw w, solved for z.
-        K = np.linalg.inv(np.eye(m) - Dzw @ Dd)
-        zx, zxi, zu = K @ Cz, K @ Dzw @ Cd, K @ Dzu
-        wx, wxi, wu = Dd @ zx, Cd + Dd @ zxi, Dd @ zu
-        A = np.block([[A + Bw @ wx, Bw @ wxi], [Bd @ zx, Ad + Bd @ zxi]])
-        B = np.vstack([B + Bw @ wu, Bd @ zu])
-        C, D = np.hstack([C + Dyw @ wx, Dyw @ wxi]), D + Dyw @ wu
-    return control.ss(A, B, C, D, **names)
+    if not m:
+        return A, B, C, D
+    parts = [pade_delay(float(tau), order) for tau in system.delays]
+    Ad, Bd, Cd, Dd = (block_diag(*each) for each in zip(*parts, strict=True))
+    Bw, Cz = system.B[:, r:], system.C[p:]
+    Dyw, Dzu, Dzw = system.D[:p, r:], system.D[p:, :r], system.D[p:, r:]
+    # w = Cd ξ + Dd z and z = Cz x + Dzu u + Dzw w, solved for z.
+    K = np.linalg.inv(np.eye(m) - Dzw @ Dd)
+    zx, zxi, zu = K @ Cz, K @ Dzw @ Cd, K @ Dzu
+    wx, wxi, wu = Dd @ zx, Cd + Dd @ zxi, Dd @ zu
+    return (
+        np.block([[A + Bw @ wx, Bw @ wxi], [Bd @ zx, Ad + Bd @ zxi]]),
+        np.vstack([B + Bw @ wu, Bd @ zu]),
+        np.hstack([C + Dyw @ wx, Dyw @ wxi]),
+        D + Dyw @ wu,
+    )
+
+
+def model(channel: Channel, order: object, tol: object, band: object) -> PadeModel:
+    """The model of a channel of a given order, or of the smallest that keeps to `tol` over `band`.
+
+    Errors: `InputError` for neither or both of `order` and `tol`, for one that is not usable, for
+    a band that is none, and for a tolerance that no order up to 40 reaches.
+    """
+    _check_one_is_given(order, tol)
+    limits = checked_band(channel, band)
+    if tol is None:
+        return _of_order(channel, _checked_order(order), limits)
+    bound = _checked_tolerance(tol)
+    if not channel.realisation.delays:
+        return _of_order(channel, 1, limits)
+    best, least = 0, math.inf
+    for n in range(1, MOST + 1):
+        found = _of_order(channel, n, limits)
+        # A few frequencies are enough to see that most orders fail.
+        error = found.roughly_worst()
+        if error <= bound:
+            error = found.worst()[1]
+        if error <= bound:
+            return found
+        if error < least:
+            best, least = n, error
+    at, least = _of_order(channel, best, limits).worst()
+    raise InputError(
+        f"pade: tol = {bound:g} is reached by no order up to {MOST} from {limits[0]:g} to "
+        f"{limits[1]:g} rad/s; the best is order {best}, off by {least:.2g} at {at:.4g} rad/s. "
+        "Allow more, or give a band that ends lower."
+    )
+
+
+def model_for(loop: OpenLoop, order: object, tol: object, band: object, on: object) -> PadeModel:
+    """The model of L of the smallest order whose margins and stability are those of the exact loop.
+
+    Gain, phase and delay margin and peak sensitivity agree to `tol` relative to the exact values,
+    and the model's loop is stable if and only if the exact one is. Errors: `InputError` as for
+    `model`, and for a band, an order or a word other than "margins".
+    """
+    if on != "margins":
+        hint = nearest(on, ("response", "margins"))
+        raise InputError(f"pade: on = {on!r} is unknown{hint}; give 'response' or 'margins'.")
+    _check_one_is_given(order, tol)
+    if order is not None:
+        raise InputError("pade: on='margins' looks for an order; give it a tol and no order.")
+    if band is not None:
+        raise InputError("pade: margins look at all frequencies; leave out band or on='margins'.")
+    bound, limits = _checked_tolerance(tol), checked_band(loop, None)
+    if not loop.realisation.delays:
+        return _of_order(loop, 1, limits)
+    exact = loop.margins()
+    best, least, worst = 0, math.inf, ""
+    for n in range(1, MOST + 1):
+        found = _of_order(loop, n, limits)
+        error, which = _disagreement(found, exact)
+        if error <= bound:
+            return found
+        if error < least or not best:
+            best, least, worst = n, error, which
+    raise InputError(
+        f"pade: tol = {bound:g} is reached on the margins by no order up to {MOST}; the best is "
+        f"order {best}, whose {worst} is off by {least:.2g} of the exact loop's. Allow more."
+    )
+
+
+def model_margins(found: PadeModel) -> frequency.Margins:
+    """The margins of a model of L, read as the exact ones are but from the rational function."""
+    system = found.exact.realisation
+    late = [float(tau) for tau in system.delays]
+    bends = [np.abs(np.linalg.eigvals(system.A)), 1 / np.array(late)]
+    bends += [np.abs(np.linalg.eigvals(pade_delay(tau, found.order)[0])) for tau in late]
+    closed = found.A - found.B @ found.C / (1 + found.D[0, 0])
+    unstable = int((np.linalg.eigvals(closed).real > -1e-12).sum())
+    return frequency.margins(found.values, np.concatenate(bends), 0.0, unstable)
+
+
+def _disagreement(found: PadeModel, exact: frequency.Margins) -> tuple[float, str]:
+    """The largest relative difference of the margins, and of which; infinite where L differs."""
+    if found.D[0, 0] == -1:
+        return math.inf, "algebraic loop"
+    try:
+        own = model_margins(found)
+    except LimitError:
+        return math.inf, "response"
+    if own.stable != exact.stable:
+        return math.inf, "stability"
+    mine, theirs = _compared(own), _compared(exact)
+    return max((_relative(mine[name], theirs[name]), name) for name in theirs)
+
+
+def _compared(margins: frequency.Margins) -> dict[str, float]:
+    """What a stable loop keeps; of an unstable one, of the two gain margins the nearer to 1."""
+    above, below = margins.gain, margins.gain_down
+    nearer = above if above * below <= 1 else below
+    gains = {"gain margin": above, "lower gain margin": below}
+    return (gains if margins.stable else {"gain margin": nearer}) | {
+        "phase margin": margins.phase,
+        "delay margin": margins.delay,
+        "peak sensitivity": margins.peak_sensitivity,
+    }
+
+
+def _relative(value: float, exact: float) -> float:
+    if value == exact:
+        return 0.0
+    if not (math.isfinite(value) and math.isfinite(exact) and exact):
+        return math.inf
+    return abs(value / exact - 1)
+
+
+def _of_order(channel: Channel, order: int, band: Band) -> PadeModel:
+    from vsctrl.diagram.pade_model import PadeModel
+
+    A, B, C, D = matrices(channel.realisation, order)
+    sign = channel.sign
+    return PadeModel(
+        (A, B, sign * C, sign * D),
+        channel,
+        order,
+        band,
+        inputs=[channel.source],
+        outputs=[channel.target],
+    )
+
+
+def _check_one_is_given(order: object, tol: object) -> None:
+    if (order is None) == (tol is None):
+        raise InputError(
+            f"pade: order = {order!r} and tol = {tol!r}; give one of the two, an order from "
+            f"1 to {MOST} or a relative error as tol=1e-6."
+        )
+
+
+def _checked_order(order: object) -> int:
+    whole = isinstance(order, int | np.integer) and not isinstance(order, bool)
+    if not whole or not 1 <= int(order) <= MOST:  # type: ignore[call-overload]
+        raise InputError(f"pade: order = {order!r} is not usable; give a whole number 1 to {MOST}.")
+    return int(order)  # type: ignore[call-overload]
+
+
+def _checked_tolerance(tol: object) -> float:
+    if isinstance(tol, bool) or not isinstance(tol, Real) or not 0 < float(tol) < 1:
+        raise InputError(
+            f"pade: tol = {tol!r} is no relative error; give a number between 0 and 1, as 1e-6."
+        )
+    return float(tol)
+
+
+def checked_band(channel: Channel, band: Any) -> Band:
+    """A band (low, high) in rad/s; without one, from 0 to a full turn of the longest delay, 2π/τ.
+
+    Up to there a delay can bring a loop to −180° by itself, so that crossover, bandwidth and the
+    peaks of a loop that the delay limits lie inside. Without a delay it ends at ten times the
+    fastest rate.
+    """
+    if band is None:
+        system = channel.realisation
+        if system.delays:
+            return 0.0, 2 * math.pi / float(max(system.delays))
+        fastest = float(np.abs(np.linalg.eigvals(system.A)).max(initial=0.0))
+        return 0.0, 10 * fastest or 10.0
+    pair = tuple(band) if isinstance(band, tuple | list | np.ndarray) else ()
+    numbers = all(isinstance(w, Real) and not isinstance(w, bool) for w in pair)
+    if len(pair) == 2 and numbers and 0 <= pair[0] < pair[1] < math.inf:
+        return float(pair[0]), float(pair[1])
+    raise InputError(
+        f"pade: band = {band!r} is no band; give two frequencies in rad/s, as (0.01, 50), the "
+        "first 0 or more and below the second."
+    )
