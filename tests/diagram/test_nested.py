@@ -125,7 +125,7 @@ def test_renaming_back_gives_the_same_diagram():
         (lambda: speed_loop().renamed({"y": "a b"}), "'a b' is no signal name"),
         (lambda: speed_loop().block("inner", "v"), "the wiring 'v' is not understood"),
         (lambda: speed_loop().block("", "v -> w"), "is empty"),
-        (lambda: vs.loop.smith().block("smith", "v -> w").parts and by_two(), "one input and one"),
+        (lambda: ring().block("ring", "v -> w"), "inputs none"),
     ],
 )
 def test_what_cannot_be_is_said(wrong, words):
@@ -134,6 +134,22 @@ def test_what_cannot_be_is_said(wrong, words):
     assert words in str(refused.value)
 
 
-def by_two():
-    parts = [vs.Sum("y = a + b"), vs.Block("one", 1, "y -> z")]
-    return vs.Diagram(parts, inputs=["a", "b"]).block("two", "u -> v")
+def ring():
+    return vs.Diagram([vs.Block("one", 1 / s, "y -> z"), vs.Block("two", 2, "z -> y")])
+
+
+def test_further_inputs_and_outputs_are_signals_like_others():
+    parts = [
+        vs.Sum("e = r - y"),
+        vs.Sum("v = e + d"),
+        vs.Block("P", K, "v -> y"),
+        vs.Block("watch", 2, "v -> w"),
+    ]
+    inner = vs.Diagram(parts, inputs=["r", "d"], outputs=["y", "w"])
+    box = inner.block("inner", "a -> b")
+    outer = vs.Diagram([box], inputs=["a", "inner_d"], outputs=["b", "inner_w"])
+    assert outer.transfer("a", "b") == inner.transfer("r", "y")
+    assert outer.transfer("inner_d", "inner_w") == inner.transfer("d", "w")
+    assert outer._repr_svg_().count('class="name"') == 2  # one looks inside
+    with pytest.raises(vs.InputError, match="nothing drives signal 'inner_d'"):
+        vs.Diagram([box], inputs=["a"], outputs=["b", "inner_w"])

@@ -59,7 +59,7 @@ class Diagram:
         for side, names, found in (("inputs", inputs, undriven), ("outputs", outputs, ends)):
             object.__setattr__(self, side, found if names is None else _names(side, names))
         _check_wiring(self, undriven, taken, ends)
-        object.__setattr__(self, "shown", nested.boxed(boxes, given, self.outputs))
+        object.__setattr__(self, "shown", nested.boxed(boxes, self))
         self.parameters  # noqa: B018 - refuses two symbols of one keyword
 
     @cached_property
@@ -112,10 +112,12 @@ class Diagram:
     def block(self, name: str, wiring: str) -> nested.Subdiagram:
         """This diagram as a block of another one, ``inner.block("speed loop", "u -> v")``.
 
-        It takes the place of its one input and its one output. Inside, everything stays as it is:
-        each signal is called ``speed_loop_x`` for x here, each block ``speed loop: x``, parameters
-        of one name are one parameter, and no root is lost. It is drawn as one box.
-        Errors: `InputError` where there are several inputs or outputs; see `renamed` for those.
+        The wiring takes the place of its first input and its first output. Inside, everything stays
+        as it is: each signal is called ``speed_loop_x`` for x here, each block ``speed loop: x``,
+        parameters of one name are one parameter, and no root is lost. Further inputs and outputs
+        are signals like others, to be driven, taken or declared. It is drawn as one box where
+        nothing within is asked for.
+        Errors: `InputError` where there is no input or no output.
         """
         return nested.subdiagram(self, name, wiring)
 

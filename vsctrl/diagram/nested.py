@@ -22,14 +22,13 @@ class Subdiagram(Block):
 
 
 def subdiagram(diagram: Diagram, name: str, wiring: str) -> Subdiagram:
-    """The diagram as a block; its one input and one output become those of the wiring."""
-    if len(diagram.inputs) != 1 or len(diagram.outputs) != 1:
+    """The diagram as a block; its first input and first output become those of the wiring."""
+    if not diagram.inputs or not diagram.outputs:
         raise InputError(
-            f"block: a block has one input and one output, the diagram has inputs "
-            f"{', '.join(diagram.inputs) or 'none'} and outputs {', '.join(diagram.outputs)}; "
-            "join its parts by their signals instead, see renamed."
+            f"block: the diagram has inputs {', '.join(diagram.inputs) or 'none'} and outputs "
+            f"{', '.join(diagram.outputs) or 'none'}; a block needs one of each."
         )
-    (source,), (target,) = diagram.inputs, diagram.outputs
+    source, target = diagram.inputs[0], diagram.outputs[0]
     outer = Block(name, 1, wiring)
     inside = renamed(diagram, {source: outer.input, target: outer.output}, name)
     return Subdiagram(name, diagram.transfer(source, target), wiring, parts=inside.parts)
@@ -62,11 +61,13 @@ def renamed(diagram: Diagram, signals: Mapping[str, str], name: str = "") -> Dia
     return type(diagram)(parts, [new[n] for n in diagram.inputs], [new[n] for n in diagram.outputs])
 
 
-def boxed(given: tuple[Part, ...], flat: tuple[Part, ...], ends: Iterable[str]) -> tuple[Part, ...]:
+def boxed(given: tuple[Part, ...], diagram: Diagram) -> tuple[Part, ...]:
     """The parts to draw: as given, unless a signal within a box is asked for outside of it."""
-    inner = {part.output for part in flat} - {part.output for part in given}
-    asked = {*ends, *(name for part in given for name in part.inputs)}
-    return flat if inner & asked else given
+    driven = {part.output for part in given}
+    taken = {name for part in given for name in part.inputs}
+    hidden = {part.output for part in diagram.parts} - driven
+    asked = taken | set(diagram.outputs)
+    return diagram.parts if hidden & asked or set(diagram.inputs) - taken else given
 
 
 def opened(parts: Iterable[Part]) -> tuple[Part, ...]:
