@@ -89,3 +89,27 @@ def test_against_a_grid_where_two_delays_ripple(gain):
     assert m.peak_complementary == pytest.approx(T.max(), rel=1e-8, abs=0)
     assert m.complementary_frequency == pytest.approx(omega[T.argmax()], rel=1e-4, abs=0)
     assert m.bandwidth == pytest.approx(omega[(T[0] * 10**-0.15 > T).argmax()], rel=2e-5, abs=0)
+
+
+def positive(transfer):
+    """The same with positive feedback."""
+    parts = [Sum("e = r + y"), Block("plant", transfer, "e -> y")]
+    return Diagram(parts, inputs=["r"], outputs=["y"]).at().open("y").margins()
+
+
+def test_a_root_that_crosses_at_zero_bounds_the_gain():
+    """1 − g/(2(s + 1)): the root g/2 − 1 crosses at ω = 0 for g = 2, where S = 2, T = −1 too."""
+    m = positive(1 / (2 * (s + 1)))
+    assert m.gain == pytest.approx(2.0, rel=1e-12, abs=0)
+    assert m.phase_crossings == ((0.0, pytest.approx(2.0, rel=1e-12, abs=0)),)
+    assert (m.peak_sensitivity, m.peak_frequency) == (pytest.approx(2.0, rel=1e-9, abs=0), 0.0)
+    assert m.stable
+
+
+def test_a_root_that_crosses_at_infinity_bounds_the_gain():
+    """1 − g(s + 1)/(2(s + 3)): the root (g − 6)/(2 − g) passes infinity at g = 2, and 0 at 6."""
+    m = positive((s + 1) / (2 * (s + 3)))
+    assert m.gain == pytest.approx(2.0, rel=1e-12, abs=0)
+    assert [w for w, _ in m.phase_crossings] == [0.0, math.inf]
+    assert [g for _, g in m.phase_crossings] == pytest.approx([6.0, 2.0], rel=1e-9, abs=0)
+    assert (m.peak_sensitivity, m.peak_frequency) == (pytest.approx(2.0, rel=1e-9, abs=0), math.inf)

@@ -62,7 +62,9 @@ def test_an_unstable_plant_in_a_delayed_loop():
         assert (found.count, len(found.roots), found.certified) == (count, count, True)
 
 
-def test_a_neutral_loop_says_why_it_is_not_certified():
+def test_a_loop_of_a_gain_and_a_delay_has_nothing_but_its_chain():
+    """1 + k e^{−s}: all roots on Re s = ln k."""
+
     def neutral(gain):
         return Diagram(
             [Sum("e = r - w"), Block("k", gain, "e -> y"), Block("l", sp.exp(-s), "y -> w")],
@@ -71,8 +73,54 @@ def test_a_neutral_loop_says_why_it_is_not_certified():
 
     chain = neutral(1.5).roots_right_of()
     assert np.isinf(chain.count)
+    assert chain.certified
     assert "infinitely many" in chain.sentence
     calm = neutral(0.5).roots_right_of()
     assert calm.count == 0
-    assert not calm.certified
-    assert "not certified" in calm.sentence
+    assert calm.certified
+    assert calm.chain == pytest.approx(np.log(0.5), abs=1e-14)
+    on_it = neutral(1.0).roots_right_of()
+    assert not on_it.certified
+    assert "not certified" in on_it.sentence
+
+
+def test_a_root_on_the_line_is_said_not_to_be_certified():
+    """s + e^{−s} − 1 is exactly 0 at s = 0, twice."""
+    shifted = Diagram(
+        [Sum("e = r - w"), Block("p", 1 / s, "e -> y"), Block("l", sp.exp(-s) - 1, "y -> w")],
+        outputs=["y"],
+    ).at()
+    on_it = shifted.roots_right_of(0.0)
+    assert not on_it.certified
+    assert "too near the line" in on_it.sentence
+
+
+@pytest.mark.parametrize("order", [2, 3, 4, 6])
+def test_a_multiple_root_is_found_as_often_as_it_is_one(order):
+    """(s + 1)^m beside a delayed loop: each to ε^{1/m} at least, their mean much better."""
+    parts = [
+        Block("a", 1 / (s + 1) ** order, "u -> x"),
+        Block("b", 1 / (s + 5 + sp.exp(-s) / 10), "x -> y"),
+    ]
+    system = Diagram(parts, inputs=["u"], outputs=["y"]).at()
+    for found in (system.poles(order + 2), system["u", "y"].poles(order)):
+        assert np.abs(found[:order] + 1).max() < 2.2e-16 ** (1 / order)
+        assert np.abs(found[order:] + 1).min(initial=1.0) > 0.5
+
+
+def test_signals_that_cancel_in_equal_delays_leave_no_false_roots():
+    """A perfect Smith predictor's s (s + λ), far left of where e^{−sτ} is 9 million."""
+    lead, late = 200.0, 0.08
+    parts = [
+        Block("gain", lead, "e -> u"),
+        Block("plant", sp.exp(-tau * s) / s, "u -> y"),
+        Block("model", 1 / s, "u -> x"),
+        Block("late model", sp.exp(-tau * s), "x -> z"),
+        Sum("e = r - y - x + z"),
+    ]
+    found = Diagram(parts, inputs=["r"], outputs=["y"]).at(tau=late)
+    poles = found.poles(6)
+    # s (s + λ) for the two integrators, both within rounding times e^{λτ}.
+    assert len(poles) == 2
+    np.testing.assert_allclose(poles, [0.0, -lead], rtol=1e-6, atol=1e-9)
+    assert found.roots_right_of(-300.0).count == 2

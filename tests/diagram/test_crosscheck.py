@@ -1,11 +1,23 @@
 """check() passes where all is well, and says where not when one face is bent."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 import sympy as sp
 from delay_oracle import WORKING, figure1
 
-from vsctrl.diagram import Block, Diagram, Sum, crosscheck, pade, roots, system
+from vsctrl.diagram import (
+    Block,
+    Diagram,
+    Sum,
+    crosscheck,
+    held,
+    pade,
+    roots,
+    sampled_channel,
+    system,
+)
 from vsctrl.diagram.delay import DelaySystem
 from vsctrl.symbols import s, tau
 
@@ -69,6 +81,19 @@ def bent_response(monkeypatch):
     monkeypatch.setattr(crosscheck.response, "solve", stretched)
 
 
+def bent_twin(monkeypatch):
+    """A delay that the twin takes for one of 2 % more."""
+    right = held.ago
+    monkeypatch.setattr(held, "ago", lambda theta, T: right(theta * Fraction(51, 50), T))
+
+
+def bent_gain_of_the_twin(monkeypatch):
+    right = sampled_channel.SampledChannel.__call__
+    monkeypatch.setattr(
+        sampled_channel.SampledChannel, "__call__", lambda self, z: right(self, z) * (1 + 1e-3)
+    )
+
+
 @pytest.mark.parametrize(
     ("bend", "face"),
     [
@@ -76,6 +101,8 @@ def bent_response(monkeypatch):
         (bent_roots, "poles"),
         (bent_pade, "Padé"),
         (bent_response, "step response"),
+        (bent_twin, "sampled"),
+        (bent_gain_of_the_twin, "sampled"),
     ],
 )
 def test_a_bent_face_is_named(monkeypatch, bend, face):
@@ -89,6 +116,8 @@ def test_a_bent_face_is_named(monkeypatch, bend, face):
         "state space",
         "step response",
         "Padé 8",
+        "sampled",
+        "sampled, extrapolated to T = 0",
     }
     assert any(line.faces.startswith(face) for line in table.lines if not line.passed)
 
@@ -98,3 +127,35 @@ def test_an_improper_channel_is_said_to_be_left_out():
     table = diagram.at().check()
     assert table.passed
     assert any("improper" in line.note for line in table.lines)
+
+
+def test_the_sampled_line_says_which_signal_was_held():
+    lines = {line.faces: line for line in figure1().at(WORKING).check().lines}
+    near = lines["sampled against continuous, T → 0"]
+    assert "'u_fb' held" in near.note and 0 < near.difference < near.allowed
+    rest = lines["sampled, extrapolated to T = 0"]
+    assert rest.difference < 0.05 * near.difference  # second order against first
+
+
+def test_a_diagram_without_a_twin_is_said_to_be_left_out():
+    """Two inner loops with delays that no one hold can cut."""
+    parts = [Block("in", 1, "r -> a")]
+    for k in (1, 2):
+        parts += [
+            Sum(f"v{k} = {'a' if k == 1 else 'y1'} - w{k}"),
+            Block(f"plant {k}", 1 / s, f"v{k} -> y{k}"),
+            Block(f"late {k}", sp.exp(-k * s / 10), f"y{k} -> w{k}"),
+        ]
+    table = Diagram(parts, outputs=["y2"]).at().check()
+    assert table.passed
+    assert any("left out: sampled: the hold at" in line.note for line in table.lines)
+
+
+def test_delays_without_a_common_period_are_said_to_be_left_out():
+    parts = [
+        Block("a", sp.exp(-sp.Rational("0.1234567891") * s), "u -> v"),
+        Block("b", sp.exp(-s * sp.Rational("0.3")) / (s + 1), "v -> y"),
+    ]
+    table = Diagram(parts, outputs=["y"]).at().check()
+    assert table.passed
+    assert any("no common period" in line.note for line in table.lines)

@@ -14,7 +14,7 @@ from scipy.signal import cont2discrete
 
 from vsctrl.diagram import Block, Diagram, Parabola, Ramp, Samples, Sine, Step, Sum
 from vsctrl.errors import InputError, LimitError
-from vsctrl.symbols import s
+from vsctrl.symbols import s, tau
 
 T = 0.04
 FEEDBACK = WORKING | {"k_ff": 0.0}
@@ -263,7 +263,10 @@ def test_the_dominant_pole_of_a_long_delay(d, x):
             assert abs(root) <= abs(complex(poles[0])) + 1e-12
 
 
-@pytest.mark.parametrize(("d", "x"), [(80, 0.0045), (80, 1e-12), (12, 1e-9), (30, 0.6)])
+@pytest.mark.parametrize(
+    ("d", "x"),
+    [(80, 0.0045), (80, 1e-12), (12, 1e-9), (30, 0.6), (300, 0.002), (300, 0.3), (1000, 5e-4)],
+)
 def test_all_poles_of_a_long_delay(d, x):
     """d + 1 different numbers, each next to a root of the sparse polynomial, are all its roots."""
     poles = loop(x, d).sampled(T).poles()
@@ -307,18 +310,68 @@ def test_a_delay_that_the_loop_cancels_has_its_poles_at_zero(samples, split):
 
 
 @pytest.mark.parametrize("split", [False, True])
-def test_a_long_cancelled_delay_is_admitted(split):
-    with pytest.raises(LimitError, match="cancels a delay of 200 samples"):
-        smith(200, split).poles()
-    y = smith(200, split)["r", "y"].response(Step(), 1000).outputs
+@pytest.mark.parametrize("samples", [200, 3000])
+def test_a_long_cancelled_delay_leaves_the_poles_of_the_loop_without_it(samples, split):
+    """At 0.88 its rounding is 1e-16·0.88^{−200} = 1e-5 of the rest of P, or 1e150 of it."""
+    twin = smith(samples, split)
     F = np.exp(-T)
+    poles = twin.poles()
+    assert len(poles) == 2 + samples * (2 if split else 1)
+    # 1e-16 in the coefficients of a quadratic whose zeros are 0.08 apart.
+    np.testing.assert_allclose(poles[:2], [F, F - 2 * (1 - F)], atol=1e-14)
+    assert (poles[2:] == 0).all()
+    y = twin["r", "y"].response(Step(), samples + 800).outputs
     free = 2 / 3 * (1 - (F - 2 * (1 - F)) ** np.arange(800))
-    np.testing.assert_allclose(y, np.concatenate([np.zeros(200), free]), atol=1e-12)
+    np.testing.assert_allclose(y, np.concatenate([np.zeros(samples), free]), atol=1e-12)
+
+
+def test_a_dense_polynomial_would_call_a_stable_loop_unstable():
+    """z^{−80} multiplied out: 1.23, where the largest pole is 0.9968."""
+    d, x = 80, 0.003
+    poles = loop(x, d).sampled(T).poles()
+    assert abs(abs(poles[0]) - 0.9968) < 5e-3 and len(poles) == d + 1
+
+
+def test_a_double_pole_beside_a_long_delay():
+    """κλT = d^d/(d+1)^{d+1} puts two poles at d/(d + 1)."""
+    d = 300
+    poles = loop(d**d / (d + 1) ** (d + 1), d).sampled(T).poles()
+    np.testing.assert_allclose(poles[:2], d / (d + 1), atol=1e-7)
+    assert len(poles) == d + 1
+
+
+@pytest.mark.parametrize(("period", "cancelled"), [(0.013, True), (0.04, True), (0.0005, False)])
+def test_both_ways_to_the_poles_agree(period, cancelled):
+    """Minors and Aberth's iteration share nothing with eigenvalues of the registers."""
+    system = two_outputs() if cancelled else loop(0.003, 1.0, tau=0.0831)
+    source, target = system.diagram.inputs[0], system.diagram.outputs[0]
+    channel = system.sampled(period)[source, target]
+    found = channel.poles()
+    dense = by_modulus(np.linalg.eigvals(channel.recursion.state_space()[0]))
+    assert cancelled or len(found) == len(dense)
+    # Where a register empties itself, eigenvalues below 0.5 are its rounding.
+    known = dense[np.abs(dense) > (0.6 if cancelled else 0)]
+    assert len(known) > 4
+    assert np.abs(known[:, None] - found).min(axis=1).max() < 1e-9
+    assert (np.abs(found) > 0.6).sum() == (np.abs(dense) > 0.6).sum()
 
 
 def test_too_many_states_are_refused():
-    with pytest.raises(LimitError, match="5001 samples"):
-        loop(1e-5, 5000).sampled(T).poles()
+    with pytest.raises(LimitError, match="7001 samples"):
+        loop(1e-5, 7000).sampled(T).poles()
+
+
+@pytest.mark.parametrize("rate", [30, 24, 48.5, 7])
+@pytest.mark.parametrize("periods", [1, 2, 3, 11])
+def test_a_delay_of_whole_periods_is_whole_though_its_decimals_are_not(rate, periods):
+    twin = loop(tau=periods / rate, lam=0.1 * rate).sampled(1 / rate)
+    poles = twin.poles()
+    assert len(poles) == periods + 1
+    np.testing.assert_allclose(by_modulus(poles), sparse_roots(0.1, periods), atol=1e-11)
+    late = Diagram([Block("late", sp.exp(-tau * s), "u -> y")]).at(tau=periods / rate)
+    for digital in ({}, {"late": "backward"}):
+        y = late.sampled(1 / rate, hold="u", digital=digital)["u", "y"].response(np.eye(12)[0])
+        assert np.flatnonzero(y.outputs).tolist() == [periods]
 
 
 # Against the continuous loop and other tools ---------------------------------------------------

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+#: points evaluated together: few enough that what is computed on the way stays in the cache
+AT_ONCE = 8192
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -64,16 +67,19 @@ class Channel:
     def __call__(self, s: ArrayLike) -> Any:
         """The exact value at complex s (rad/s), any shape; infinite at a pole."""
         at = np.asarray(s, complex)
+        value = np.empty(at.shape, complex)
+        points, values = at.reshape(-1), value.reshape(-1)
         with np.errstate(all="ignore"):
-            try:
-                value = np.asarray(self._compiled(at, *self.system.values.values()), complex)
-            except ZeroDivisionError:  # a channel of constants divides Python's numbers
-                value = np.array(np.nan, complex)
-        value = np.broadcast_to(value, at.shape).copy()
+            for i in range(0, len(points), AT_ONCE):
+                part = slice(i, i + AT_ONCE)
+                try:
+                    values[part] = self._compiled(points[part], *self.system.values.values())
+                except ZeroDivisionError:  # a channel of constants divides Python's numbers
+                    values[part] = np.nan
         lost = ~np.isfinite(value)
         if lost.any():
             value[lost] = np.array([self._where_a_block_is_infinite(point) for point in at[lost]])
-        value = value if self.sign > 0 else -value
+        value = value if self.sign > 0 else np.negative(value, out=value)
         return value if at.ndim else complex(value)
 
     @cached_property

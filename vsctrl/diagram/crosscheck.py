@@ -2,8 +2,8 @@
 
 A diagram has one meaning and many computations. Here they are held to each other: the symbolic
 transfer function to the compiled one and to the state space, characteristic roots to the
-frequency response, the time response to the inverse transform, the Padé models to what they
-approximate. The result is a table that says pass, or where not.
+frequency response, the time response to the inverse transform, the Padé models and the sampled
+twin to what they approximate. The result is a table that says pass, or where not.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.diagram import response
+from vsctrl.diagram import response, sampled_check
 from vsctrl.diagram.signals import Step
-from vsctrl.errors import ImproperError, InputError
+from vsctrl.errors import ImproperError, InputError, LimitError
 from vsctrl.symbols import s
 
 if TYPE_CHECKING:
@@ -117,6 +117,7 @@ def _channel(channel: Channel) -> list[Line]:
         _roots(channel, name),
         *_time(channel, name),
         *_pade(channel, name, points, exact),
+        *_sampled(channel, name),
     ]
 
 
@@ -166,16 +167,36 @@ def _pade(channel: Channel, name: str, points: Complex, exact: Complex) -> list[
     return [Line(name, "Padé 8 against exact, ωτ < 3", errors[1], max(1e-9 * size, errors[0] / 10))]
 
 
+def _sampled(channel: Channel, name: str) -> list[Line]:
+    """The sampled twin nears the continuous channel with first order as its period shrinks."""
+    faces = "sampled against continuous, T → 0"
+    try:
+        found = sampled_check.approach(channel, _unit(channel))
+    except (InputError, LimitError) as error:  # not every diagram has a twin, and check() asks all
+        return [Line(name, faces, 0.0, 0.0, f"left out: {error}")]
+    note = f"{found.hold!r} held, T = {found.period / 4:.2g} s"
+    halved, left = sampled_check.HALVED * found.half, sampled_check.LEFT * found.quarter
+    return [
+        Line(name, faces, found.quarter, max(1e-9, halved), note),
+        Line(name, "sampled, extrapolated to T = 0", found.extrapolated, max(1e-9, left)),
+    ]
+
+
 def _roots(channel: Channel, name: str) -> Line:
-    """Each pole against the symbolic denominator D: its distance |D/D'| from a zero of D."""
+    """Each pole against the symbolic denominator D: its distance from a zero of D.
+
+    That is |D/D'|, or √|2D/D''| beside a double zero, where D' is rounding too.
+    """
     poles = channel.poles(4)
     below = channel.expr.as_numer_denom()[1]
-    slope = below.diff(s)
+    forms = [below, below.diff(s), below.diff(s, 2)]
     unit = _unit(channel)
     steps = []
     for pole in poles:
-        value, gradient = (complex(f.subs(s, complex(pole)).evalf(30)) for f in (below, slope))
-        steps.append(abs(value / gradient) / (abs(pole) + 1 / unit) if value else 0.0)
+        value, slope, bend = (abs(complex(f.subs(s, complex(pole)).evalf(30))) for f in forms)
+        single = value / slope if slope else math.inf
+        double = math.sqrt(2 * value / bend) if bend else math.inf
+        steps.append(min(single, double) / (abs(pole) + 1 / unit) if value else 0.0)
     # √ε is what a double root can be known to.
     return Line(
         name,

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -70,27 +71,31 @@ class DelaySystem:
 
         `at` has any shape; the result is (…, n+m, n+m).
         """
-        n, r, p = len(self.A), self.inputs, self.outputs
-        m = len(self.delays)
-        lag = np.exp(-at[..., None] * np.array([float(tau) for tau in self.delays]))[..., None]
-        matrix = np.zeros((*at.shape, n + m, n + m), complex)
-        matrix[..., :n, :n] = at[..., None, None] * np.eye(n) - self.A
-        matrix[..., :n, n:] = -self.B[:, r:]
-        matrix[..., n:, :n] = -lag * self.C[p:]
-        matrix[..., n:, n:] = np.eye(m) - lag * self.D[p:, r:]
-        return matrix
+        tau, fixed, unit, late, _ = self._affine
+        lag = np.exp(-at[..., None] * tau)[..., None]
+        return np.asarray(fixed + at[..., None, None] * unit - lag * late, complex)
 
-    def characteristic_slope(self, at: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """The derivative of `characteristic` with respect to s, same shape."""
+    @cached_property
+    def _affine(self) -> tuple[Array, Array, Array, Array, Array]:
+        """(τ, M₀, E, K, diag(τ) K) with characteristic(s) = M₀ + s E − Δ K."""
         n, r, p = len(self.A), self.inputs, self.outputs
         tau = np.array([float(delay) for delay in self.delays])
-        lag = (tau * np.exp(-at[..., None] * tau))[..., None]
-        m = len(tau)
-        matrix = np.zeros((*at.shape, n + m, n + m), complex)
-        matrix[..., :n, :n] = np.eye(n)
-        matrix[..., n:, :n] = lag * self.C[p:]
-        matrix[..., n:, n:] = lag * self.D[p:, r:]
-        return matrix
+        size = n + len(tau)
+        fixed, late, unit = np.eye(size), np.zeros((size, size)), np.zeros((size, size))
+        fixed[:n, :n], fixed[:n, n:] = -self.A, -self.B[:, r:]
+        late[n:, :n], late[n:, n:] = self.C[p:], self.D[p:, r:]
+        unit[:n, :n] = np.eye(n)
+        tau = np.concatenate([np.zeros(n), tau])
+        return tau, fixed, unit, late, tau[:, None] * late
+
+    def characteristic_and_slope(
+        self, at: NDArray[np.complex128]
+    ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """`characteristic` and its derivative with respect to s, same shape."""
+        tau, fixed, unit, late, slope = self._affine
+        lag = np.exp(-at[..., None] * tau)[..., None]
+        matrix = fixed + at[..., None, None] * unit - lag * late
+        return np.asarray(matrix, complex), np.asarray(unit + lag * slope, complex)
 
     def transfer(self, at: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """The p×r transfer matrix at each s of `at`, exact; (…, p, r)."""

@@ -93,12 +93,12 @@ def margins(L: Response, rates: Array, late: float, unstable_roots: float) -> Ma
     at_phase: Complex = L(1j * phase_at)
     real = np.abs(at_phase.imag) < 1e-6 * np.abs(at_phase)
     crossing = real & (at_phase.real < 0)
-    phase_at, at_phase = phase_at[crossing], at_phase[crossing]
+    limits = _limits(L, ends)
+    phase_at, at_phase = _with_limits(phase_at[crossing], at_phase[crossing], limits)
     factors = 1 / np.abs(at_phase)
     phases: Array = np.angle(-L(1j * gain_at))
     # −157.8° is 202.2° of room for more delay; in an unstable loop look for less delay instead.
     delays = (phases % (2 * math.pi) - (0 if stable else 2 * math.pi)) / gain_at
-    limits = _limits(L, ends)
     peak_at, peak = _peak(L, ends, None, distance, limits)
     top_at, top = _peak(L, ends, size, distance, limits)
     nearest = int(np.abs(phases).argmin()) if len(phases) else 0
@@ -202,9 +202,31 @@ def _frequencies(ends: Array, coefficients: Array) -> Array:
 
 
 def _limits(L: Response, ends: Array) -> tuple[complex, complex]:
-    """L as ω → 0 and as ω → ∞, far outside of the band."""
-    at_zero, at_infinity = L(1j * np.exp(ends[[0, -1], [0, 1]]) * np.array([1e-6, 1e6]))
-    return complex(at_zero), complex(at_infinity)
+    """L as ω → 0 and as ω → ∞: a number, infinity, or NaN where it has no limit there."""
+    low, high = np.exp(ends[[0, -1], [0, 1]])
+    return _limit(L, 1e-6 * low, 0.1), _limit(L, 1e6 * high, 10.0)
+
+
+def _limit(L: Response, at: float, step: float) -> complex:
+    near, far = (complex(value) for value in L(1j * at * np.array([1.0, step])))
+    if not abs(far) < math.inf or (abs(far) > 1e3 and abs(far) > 2 * abs(near)):
+        return complex(math.inf)
+    if abs(far) < 1e-3:
+        return 0j
+    if abs(far - near) > 1e-3 * abs(far):
+        return complex(math.nan)  # it turns for ever, as behind a delay
+    return complex(far.real) if abs(far.imag) < 1e-5 * abs(far) else far
+
+
+def _with_limits(
+    omega: Array, values: Complex, limits: tuple[complex, complex]
+) -> tuple[Array, Complex]:
+    """The phase crossings with those at ω = 0 and ω = ∞, where L ends on the negative real axis."""
+    for at, limit in zip((0.0, math.inf), limits, strict=True):
+        if -math.inf < limit.real < 0 and limit.imag == 0:
+            first = 0 if at == 0 else len(omega)
+            omega, values = np.insert(omega, first, at), np.insert(values, first, limit.real)
+    return omega, values
 
 
 def _peak(
@@ -238,17 +260,17 @@ def _peak(
 
     heights = height(L(1j * omega))
     best = int(heights.argmax())
-    # The supremum may be a limit that is not reached: that at ω = 0, or where L dies out.
-    at_zero = float(height(limits[0])) if np.isfinite(limits[0]) else float(above is not None)
-    at_infinity = float(above is None) if abs(limits[1]) < 1e-3 else 0.0
-    if max(at_zero, at_infinity) > heights[best]:
-        return (0.0, at_zero) if at_zero > at_infinity else (math.inf, at_infinity)
+    # The supremum may be a limit that is not reached, at ω = 0 or at ω = ∞.
+    for at, limit in zip((0.0, math.inf), limits, strict=True):
+        end = float(height(limit)) if abs(limit) < math.inf else float(above is not None)
+        if not math.isnan(limit.real) and end > heights[best]:
+            omega, heights, best = np.array([at]), np.array([end]), 0
     return float(omega[best]), float(heights[best])
 
 
 def _bandwidth(ends: Array, size: Array, distance: Array, at_zero: complex, top: float) -> float:
     """The least ω at which |T|² = |L|²/|1 + L|² falls 3 dB below what it is at ω = 0."""
-    start = abs(at_zero / (1 + at_zero)) if np.isfinite(at_zero) else 1.0
+    start = abs(at_zero / (1 + at_zero)) if abs(at_zero) < math.inf else 1.0
     if start < 1e-6 * top:
         return 0.0  # T lets no constant through: there is nothing to fall from
     return float(min(_frequencies(ends, size - start**2 * 10**-0.3 * distance), default=math.inf))

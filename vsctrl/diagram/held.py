@@ -43,13 +43,25 @@ def sample(system: DelaySystem, period: Fraction, hold: str) -> Taps:
         _add(taps, flow.moved(i, period), i, n + system.outputs)
     for theta, matrix in table.items():
         for i, row in enumerate(matrix[n:], start=n):
-            late = math.ceil(theta / period)
+            late, _ = ago(theta, period)
             held = np.zeros(width)
             held[n:] = row[n:]  # an input is the same anywhere in its period
             _add(taps, {late: held}, i, n + system.outputs)
             for k in np.flatnonzero(row[:n]):
                 _add(taps, flow.at(int(k), theta), i, n + system.outputs, row[k])
     return {d: taps[d] for d in sorted(taps) if d == 0 or taps[d].any()}
+
+
+def ago(theta: Fraction, period: Fraction) -> tuple[int, Fraction]:
+    """(d, g) of θ = d·period − g, 0 ≤ g < period: what is θ late is g after the sample k − d.
+
+    Decimals of 1/30 s and 2/30 s are not quite one and two periods; to 12 digits they are.
+    """
+    late = round(theta / period)
+    if abs(theta - late * period) <= Fraction(1, 10**12) * theta:
+        return late, Fraction(0)
+    late = math.ceil(theta / period)
+    return late, late * period - theta
 
 
 def written_out(system: DelaySystem, hold: str) -> Table:
@@ -125,8 +137,7 @@ class _Flow:
 
     def at(self, state: int, theta: Fraction) -> Taps:
         """x_state(kT − θ) over the samples [x; u][k−d]: θ = d T − g, so g after sample k−d."""
-        late = math.ceil(theta / self.period)
-        after = late * self.period - theta
+        late, after = ago(theta, self.period)
         if after == 0:
             return {late: np.eye(self._width)[state]}
         return {d + late: row for d, row in self.moved(state, after).items()}
@@ -146,8 +157,8 @@ class _Flow:
         for row, (i, theta) in enumerate(nodes):
             _add(Z, self.at(i, theta), row, size)
         # An input delayed by θ = d T − g changes T − g after each sample, from k−d to k−d+1.
-        late = [math.ceil(theta / self.period) for theta in lags]
-        change = [self.period - (d * self.period - th) for d, th in zip(late, lags, strict=True)]
+        split = [ago(theta, self.period) for theta in lags]
+        late, change = [d for d, _ in split], [self.period - g for _, g in split]
         cuts = sorted({c for c in change if c < after} | {Fraction(0), after})
         for start, end in pairwise(cuts):
             both = np.zeros((size + B.shape[1], size + B.shape[1]))

@@ -38,11 +38,28 @@ class Kinks:
         self.weight = (longest / (2 * DEGREE)) ** k / np.maximum(k, 1)
         self.rows = np.vstack([system.C[system.outputs :], system.A])
         self.columns = np.vstack([system.D[system.outputs :], system.B])
+        self.spread = self._spreading()
         # What jumps is numbered as the columns of B are: 0 is the input, 1 + j is w_j.
         starts = sorted(signal.onsets(self.orders).items())
         self.heap = [(start, count, 0, row) for count, (start, row) in enumerate(starts)]
         self.count = len(starts)
         self.largest = 0.0
+
+    def _spreading(self) -> Array:
+        """The matrix from the jumps of [u; w] in every derivative to those of z: Hₖ₋ᵢ at (k, i).
+
+        H₀ = D and Hₖ = C Aᵏ⁻¹ B, with the rows of z, are the system's Markov parameters.
+        """
+        m, width = len(self.system.delays), self.system.B.shape[1]
+        spread = np.zeros((self.orders, m, self.orders, width))
+        x = np.zeros((len(self.system.A), width))
+        forced = self.columns
+        for k in range(self.orders):
+            both = self.rows @ x + forced
+            for i in range(self.orders - k):
+                spread[k + i, :, i] = both[:m]
+            x, forced = both[m:], np.zeros_like(forced)
+        return spread.reshape(self.orders * m, self.orders * width)
 
     def next_after(self, t: float) -> float:
         """The first kink after t (s), infinity where none is left; kinks up to t are used up."""
@@ -56,12 +73,7 @@ class Kinks:
         return float(self.heap[0][0]) if self.heap else math.inf
 
     def _spread(self, time: Fraction, drive: Array) -> None:
-        m = len(self.system.delays)
-        x = np.zeros(len(self.system.A))
-        z = np.zeros((self.orders, m))
-        for k, forced in enumerate(drive @ self.columns.T):
-            both = self.rows @ x + forced
-            z[k], x = both[:m], both[m:]
+        z = (self.spread @ drive.ravel()).reshape(self.orders, -1)
         felt = self.weight @ np.abs(z)
         self.largest = max(self.largest, float(felt.max(initial=0.0)))
         for j, tau in enumerate(self.system.delays):

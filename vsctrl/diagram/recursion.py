@@ -3,8 +3,7 @@
     [x[k+1]; v[k]; y[k]]  =  Σ_d taps[d] · [x[k−d]; v[k−d]; e[k−d]],
 
 x the continuous states, v the held signals, e the inputs. It is run and evaluated as it stands,
-and becomes a state space by shift registers. It is never multiplied out into polynomials in z,
-whose coefficients could not hold a dominant pole beside a long delay.
+and becomes a state space by shift registers; its poles are left to `recursion_poles`.
 """
 
 from __future__ import annotations
@@ -15,16 +14,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.errors import InputError, LimitError
+from vsctrl.errors import InputError
 
 Array = NDArray[np.float64]
-
-#: The largest dense eigenproblem that is tried: 3000 states take half a minute.
-MOST_STATES = 3000
-#: A cancelled delay of more samples leaves noise so near the unit circle that it hides roots.
-CANCELLED = 100
-#: Further than this in log z, no true eigenvalue is wrong.
-FURTHEST = 0.05
+_Rows = tuple[list[int], list[int], Array]  #: (rows, their depth, mix of them)
 
 
 @dataclass(frozen=True)
@@ -96,96 +89,37 @@ class Recursion:
         grows = np.abs(near).max(axis=0) > 1.5 * np.abs(far).max(axis=0)
         return np.where(grows, complex(np.inf), near.mean(axis=0))
 
-    def poles(self, n: int | None = None) -> NDArray[np.complex128]:
-        """The n poles of largest modulus, or all, polished; conjugates together.
+    @property
+    def order(self) -> int:
+        """Number of states of `state_space`: the continuous ones and all registers."""
+        return self.states + self._registers[2]
 
-        Eigenvalues of a long register that empties itself are rounding noise, ε^{1/d} and not 0.
-        They are told from roots by what rounding does to them, and returned as zeros.
-        Errors: `LimitError` for too many states, or a cancelled delay of over 100 samples.
+    @cached_property
+    def all_poles(self) -> NDArray[np.complex128]:
+        """All poles, the largest first; see `recursion_poles`."""
+        from vsctrl.diagram import recursion_poles
+
+        return recursion_poles.poles(self)
+
+    def poles(self, n: int | None = None) -> NDArray[np.complex128]:
+        """The n poles of largest modulus, or all; conjugates together.
+
+        Errors: `InputError` for a bad n, `LimitError` where there are too many to work out.
         """
         if n is not None and (isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1):
             raise InputError(f"poles: n = {n!r} is not usable; give a whole number of 1 or more.")
-        return self._all_poles[:n].copy()
+        return self.all_poles[:n].copy()
 
-    @cached_property
+    @property
     def is_stable(self) -> bool:
         """Whether all poles are inside the unit circle."""
-        return bool((np.abs(self._all_poles) < 1).all())
-
-    @cached_property
-    def _all_poles(self) -> NDArray[np.complex128]:
-        inner = {d: matrix[: self.inner, : self.inner] for d, matrix in self.taps.items()}
-        A = Recursion(inner, self.states, self.held).state_space()[0]
-        if len(A) > MOST_STATES:
-            raise LimitError(
-                f"poles: the registers hold {len(A)} samples and {MOST_STATES} is the limit of a "
-                "dense eigenproblem; ask for a longer period."
-            )
-        z = np.asarray(np.linalg.eigvals(A), complex)
-        z = self._polished(z)
-        order = np.lexsort((-z.imag, np.round(np.abs(np.angle(z)), 9), -np.round(np.abs(z), 12)))
-        return z[order]
-
-    def _polished(self, z: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Newton on det P in log z: as good as P itself, whatever the length of the registers."""
-        start = z[np.abs(z) > 0]
-        w = np.log(start)
-        with np.errstate(all="ignore"):
-            step, doubt = self._newton(start)
-            # What d samples of decay bring below rounding, rounding may have made.
-            late = max(self.taps)
-            told = (np.abs(step) <= FURTHEST) & (doubt <= 1e-3)
-            noise = ~told & (np.abs(start) ** late < 1e-6)
-            if noise.any() and late > CANCELLED:
-                raise LimitError(
-                    f"poles: the loop cancels a delay of {late} samples (a Smith predictor?), and "
-                    "what is left cannot be told from rounding; take responses, or a longer period."
-                )
-            for _ in range(3):
-                # Where the determinant overflows or roots merge, the eigenvalue is better.
-                good = np.isfinite(step) & ~noise & (np.abs(step) < 1e-3)
-                w[good] -= step[good]
-                step, _ = self._newton(np.exp(w))
-        better = np.where(noise, 0.0, np.exp(w))
-        better[start.imag == 0] = better[start.imag == 0].real
-        out = np.zeros_like(z)
-        out[: len(start)] = better
-        return out
-
-    def _newton(self, z: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], Array]:
-        """Newton's step in log z, and how far rounding of the taps may move a root from there."""
-        P, slope = self.characteristic(z)
-        m = self.inner
-        size = np.abs(P) + sum(
-            np.abs(z[:, None, None]) ** (-d) * np.abs(matrix[:m, :m])
-            for d, matrix in self.taps.items()
-        )
-        step, doubt = np.zeros(len(z), complex), np.zeros(len(z))
-        for i in range(len(z)):
-            try:
-                inverse = np.linalg.inv(P[i])
-            except np.linalg.LinAlgError:
-                # A root to the last digit, or so small that z^{−d} has swallowed the rest of P.
-                doubt[i] = np.inf
-                continue
-            step[i] = 1 / np.trace(inverse @ slope[i])
-            doubt[i] = 4e-15 * (np.abs(inverse).T * size[i]).sum() * abs(step[i])
-        return step, doubt
+        return bool((np.abs(self.all_poles) < 1).all())
 
     def state_space(self) -> tuple[Array, Array, Array, Array]:
         """(A, B, C, D) with shift registers for what is late, on the side that needs fewer."""
         m, n, taps = self.inner, self.states, self.taps
-        late = [d for d in taps if d]
-        columns = {
-            c: max(d for d in late if taps[d][:, c].any())
-            for c in range(taps[0].shape[1])
-            if any(taps[d][:, c].any() for d in late)
-        }
-        rows, depth, mix = _different(taps, late)
-        if sum(columns.values()) < sum(depth):
-            whole, keeps = _registers_of_columns(taps, columns)
-        else:
-            whole, keeps = _registers_of_rows(taps, rows, depth, mix)
+        rows, columns, keeps = self._registers
+        whole = _registers_of_columns(taps, columns) if columns else _registers_of_rows(taps, rows)
         # Rows [x⁺; v; y; registers⁺] over [x; v; e; registers]: put v in, then sort.
         v = whole[n:m].copy()
         rest, gain = np.delete(whole, range(n, m), 0), np.delete(whole, range(n, m), 0)[:, n:m]
@@ -197,8 +131,22 @@ class Recursion:
         A, B, C, D = (closed[np.ix_(i, j)] for i, j in ((r, c), (r, u), (y, c), (y, u)))
         return A, B, C, D
 
+    @cached_property
+    def _registers(self) -> tuple[_Rows, dict[int, int], int]:
+        """The late rows, or else the late columns with their depths; and how many registers."""
+        late = [d for d in self.taps if d]
+        columns = {
+            c: max(d for d in late if self.taps[d][:, c].any())
+            for c in range(self.taps[0].shape[1])
+            if any(self.taps[d][:, c].any() for d in late)
+        }
+        rows = _different(self.taps, late)
+        if sum(columns.values()) < sum(rows[1]):
+            return rows, columns, sum(columns.values())
+        return rows, {}, sum(rows[1])
 
-def _different(taps: dict[int, Array], late: list[int]) -> tuple[list[int], list[int], Array]:
+
+def _different(taps: dict[int, Array], late: list[int]) -> _Rows:
     """The rows that late taps fill, proportional ones once: (rows, their depth, mix of them)."""
     size = taps[0].shape[0]
     rows: list[int] = []
@@ -217,10 +165,9 @@ def _different(taps: dict[int, Array], late: list[int]) -> tuple[list[int], list
     return rows, depth, mix[:, : len(rows)]
 
 
-def _registers_of_rows(
-    taps: dict[int, Array], rows: list[int], depth: list[int], mix: Array
-) -> tuple[Array, int]:
+def _registers_of_rows(taps: dict[int, Array], late: _Rows) -> Array:
     """Each late row adds what it will need d samples from now to its register, d places back."""
+    rows, depth, mix = late
     height, width = taps[0].shape
     starts = np.concatenate([[0], np.cumsum(depth)]).astype(int)
     keeps = int(starts[-1])
@@ -233,10 +180,10 @@ def _registers_of_rows(
         for d in taps:
             if 0 < d <= length:
                 whole[height + start + d - 1, :width] = taps[d][row]
-    return whole, keeps
+    return whole
 
 
-def _registers_of_columns(taps: dict[int, Array], columns: dict[int, int]) -> tuple[Array, int]:
+def _registers_of_columns(taps: dict[int, Array], columns: dict[int, int]) -> Array:
     """Each signal that is used late is remembered; place d − 1 holds it d samples ago."""
     height, width = taps[0].shape
     keeps = sum(columns.values())
@@ -251,4 +198,4 @@ def _registers_of_columns(taps: dict[int, Array], columns: dict[int, int]) -> tu
             if 0 < d <= length:
                 whole[:height, width + start + d - 1] += taps[d][:, c]
         start += length
-    return whole, keeps
+    return whole

@@ -7,6 +7,8 @@ characteristic matrix then polishes them, and a contour integral settles what a 
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +16,7 @@ from vsctrl.diagram.delay import DelaySystem
 from vsctrl.errors import InputError
 
 Complex = NDArray[np.complex128]
+Real = NDArray[np.float64]
 
 CLUSTER = 1e-5  #: relative distance below which two approximations may be one multiple root
 
@@ -22,7 +25,9 @@ def rightmost(system: DelaySystem, n: int) -> Complex:
     """The n rightmost roots of det characteristic(s) = 0, by falling real part, with multiplicity.
 
     One more is given where the nth would be split from its conjugate; fewer where the system has
-    no more. Simple roots are right to about 1e-12 relative.
+    no more. Simple roots are right to about 1e-12 relative; of m roots in one place each is known
+    to ε^{1/m} only, whatever the method (1e-8 for a double root, 2e-3 for a sixfold one), as
+    rounding the coefficients by ε parts them so far; their mean is better, and stands for all.
     """
     _check_number(n)
     system = delays_in_loops(system)
@@ -49,7 +54,8 @@ def poles(system: DelaySystem, n: int) -> Complex:
     """The n rightmost poles of a one-input, one-output system: those roots that its response shows.
 
     A root that cancels against a zero, as the plant's own in a perfect Smith predictor, leaves no
-    residue: the transfer function is integrated round each, order by order.
+    residue: the transfer function is integrated round each, order by order. Accuracy: see
+    `rightmost`; a pole of order m is known to ε^{1/m}.
     """
     _check_number(n)
     hidden = 0
@@ -96,7 +102,41 @@ def delays_in_loops(system: DelaySystem) -> DelaySystem:
         reach = reach | (reach @ reach)
     w = np.flatnonzero(np.diag(reach)[n:])
     B, C, D = system.B[:, r + w], system.C[p + w], system.D[np.ix_(p + w, r + w)]
-    return DelaySystem(system.A, B, C, D, tuple(system.delays[j] for j in w))
+    return _merged(DelaySystem(system.A, B, C, D, tuple(system.delays[j] for j in w)))
+
+
+def _merged(system: DelaySystem) -> DelaySystem:
+    """Equal delays that act alike, or delay the same signal, as one, with the same determinant.
+
+    det(I − e^{−sτ} P Q) = det(I − e^{−sτ} Q P). Signals that cancel, as the plant's and the model's
+    in a Smith predictor, then do so before e^{−sτ}, which is large far left, multiplies their
+    rounding.
+    """
+    into, out = np.vstack([system.B, system.D]), np.hstack([system.C, system.D])
+    for i, j in combinations(range(len(system.delays)), 2):
+        if system.delays[i] != system.delays[j]:
+            continue
+        alike, same = _ratio(into[:, i], into[:, j]), _ratio(out[i], out[j])
+        if alike is None and same is None:
+            continue
+        B, C, D = system.B.copy(), system.C.copy(), system.D.copy()
+        if alike is not None:
+            C[i], D[i] = C[i] + alike * C[j], D[i] + alike * D[j]
+        elif same is not None:
+            B[:, i], D[:, i] = B[:, i] + same * B[:, j], D[:, i] + same * D[:, j]
+        kept = np.delete(np.arange(len(system.delays)), j)
+        delays = tuple(system.delays[k] for k in kept)
+        return _merged(DelaySystem(system.A, B[:, kept], C[kept], D[np.ix_(kept, kept)], delays))
+    return system
+
+
+def _ratio(one: Real, other: Real) -> float | None:
+    """The factor that takes one vector to the other, exactly; None where there is none."""
+    first = int(np.flatnonzero(one)[0]) if one.any() else 0
+    if one[first] == 0:
+        return None
+    ratio = float(other[first] / one[first])
+    return ratio if (ratio * one == other).all() else None
 
 
 def _discretised(system: DelaySystem, nodes: int) -> Complex:
@@ -132,36 +172,80 @@ def _differentiation(nodes: int) -> NDArray[np.float64]:
 
 def _log_slope(system: DelaySystem, at: Complex) -> Complex:
     """d/ds log det characteristic(s) = tr(M⁻¹ M′); infinite on a root."""
-    matrix, slope = system.characteristic(at), system.characteristic_slope(at)
-    singular = np.abs(np.linalg.det(matrix)) == 0
-    matrix[singular] = np.eye(matrix.shape[-1])
-    out = np.trace(np.linalg.solve(matrix, slope), axis1=-2, axis2=-1)
-    return np.where(singular, np.inf, out)
+    matrix, slope = system.characteristic_and_slope(at)
+    try:
+        return np.asarray(np.trace(np.linalg.solve(matrix, slope), axis1=-2, axis2=-1))
+    except np.linalg.LinAlgError:  # one of them is on a root to the last digit
+        singular = np.linalg.det(matrix) == 0
+        matrix[singular] = np.eye(matrix.shape[-1])
+        out = np.trace(np.linalg.solve(matrix, slope), axis1=-2, axis2=-1)
+        return np.where(singular, np.inf, out)
 
 
-def _polished(system: DelaySystem, start: Complex) -> tuple[Complex, NDArray[np.bool_]]:
-    """Newton's method from each candidate: where it ended, and whether it converged."""
+def _polished(system: DelaySystem, start: Complex) -> tuple[Complex, Complex]:
+    """Newton's method from each candidate: where it ended near its start, and where it stalled.
+
+    Near a multiple root rounding stops it before it is there.
+    """
     at = start.copy()
     step = np.full(at.shape, np.inf, complex)
     # Roots far left have e^{−sτ} too large for doubles; candidates there are not roots anyway.
     tau = max(float(delay) for delay in system.delays)
     at = np.where(at.real * tau < -300, -300 / tau + 1j * at.imag, at)
+    going = np.arange(len(at))
     with np.errstate(all="ignore"):
-        for _ in range(40):
-            step = np.nan_to_num(1 / _log_slope(system, at), nan=0.0, posinf=0.0, neginf=0.0)
-            at = at - step
-            at = np.where(at.real * tau < -300, start, at)
-            if (np.abs(step) <= 1e-15 * (np.abs(at) + 1e-300)).all():
+        for count in range(40):
+            slope = _log_slope(system, at[going])
+            new = np.where(np.isfinite(1 / slope), 1 / slope, 0.0)
+            small = 0.02 * (np.abs(at[going]) + 1 / tau)
+            # Close to a multiple root rounding makes steps grow again, or the matrix singular.
+            lost = (np.abs(step[going]) < small) & (
+                (np.abs(new) > np.abs(step[going])) | ((new == 0) & (np.abs(step[going]) > 1e-6))
+            )
+            going, new = going[~lost], new[~lost]
+            step[going] = new
+            at[going] -= step[going]
+            at[going] = np.where(at[going].real * tau < -300, start[going], at[going])
+            # A step this small was of a simple root, and squared it is below rounding; at a
+            # multiple root each step is a fraction of the last, and rounding ends them. One that
+            # still takes long steps did not start near a root.
+            on = np.abs(step[going]) > 1e-10 * (np.abs(at[going]) + 1e-300)
+            if count >= 8:
+                on &= np.abs(step[going]) <= 0.02 * (np.abs(at[going]) + 1 / tau)
+            going = going[on]
+            if not len(going):
                 break
     near = np.abs(at - start) <= 0.2 * (np.abs(start) + 1 / tau)
-    return at, (np.abs(step) <= 1e-6 * (np.abs(at) + 1 / tau)) & near
+    step = np.abs(step) / (np.abs(at) + 1 / tau)
+    return at[near & (step <= 1e-6)], at[near & (step > 1e-6) & (step <= 0.02)]
 
 
-def _distinct(system: DelaySystem, at: Complex, converged: NDArray[np.bool_]) -> list[complex]:
+def _distinct(system: DelaySystem, at: Complex, stalled: Complex) -> list[complex]:
     """Merge approximations of one root and repeat it as often as a contour integral says."""
     unit = 1 / max(float(delay) for delay in system.delays)
-    left = list(at[converged])
+    apart = np.abs(at[:, None] - at) / (np.abs(at) + unit)
+    unlike = ((apart > CLUSTER) & (apart < 0.01)).any(0)
+    left, doubtful = list(at), [*stalled, *at[unlike]]
     out: list[complex] = []
+    while doubtful:
+        first = doubtful[0]
+        every = np.array([*doubtful, *left])
+        inside = np.abs(every - first) <= 0.03 * (abs(first) + unit)
+        group = list(every[inside])
+        doubtful = [b for b in doubtful if b not in group]
+        if len(group) == 1:
+            continue
+        centre = complex(every[inside].mean())
+        radius = max(3 * float(np.abs(every[inside] - centre).max()), 0.05 * unit)
+        radius = min(radius, 0.6 * float(np.abs(every[~inside] - centre).min(initial=np.inf)))
+        count, mean = _enclosed(system, centre, radius)
+        simple: list[complex] = []
+        for b in (b for b in left if b in group):
+            if all(abs(b - other) > CLUSTER * (abs(b) + unit) for other in simple):
+                simple.append(b)
+        if len(simple) < count <= len(group) and count > 1:
+            left = [b for b in left if b not in group]
+            out += [_real_if_close(mean, unit)] * count
     while left:
         first = left.pop(0)
         close = [b for b in left if abs(b - first) <= CLUSTER * (abs(first) + unit)]
@@ -180,7 +264,10 @@ def _distinct(system: DelaySystem, at: Complex, converged: NDArray[np.bool_]) ->
 def _enclosed(system: DelaySystem, centre: complex, radius: float) -> tuple[int, complex]:
     """How many roots lie in a circle, and their mean, by the argument principle."""
     turn = np.exp(2j * np.pi * (np.arange(64) + 0.5) / 64)
-    weight = _log_slope(system, centre + radius * turn) * radius * turn / 64
+    with np.errstate(all="ignore"):
+        weight = _log_slope(system, centre + radius * turn) * radius * turn / 64
+    if not np.isfinite(weight).all() or abs(weight.sum() - round(weight.sum().real)) > 0.05:
+        return 0, centre
     count = round(float(weight.sum().real))
     return count, centre + complex((weight * radius * turn).sum()) / max(count, 1)
 

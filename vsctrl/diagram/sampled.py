@@ -1,9 +1,10 @@
 """The sampled twin of a diagram: what becomes of it when a computer holds one of its signals.
 
-The faces are those of `system`, in z: value, frequency response, time response, poles, state
-space. They are exact for delays of any fraction of the period and hundreds of periods long. How
-the diagram is cut is left to `sampling`, what happens between samples to `held`, and the numbers
-of the closed loop to `recursion`.
+The faces are those of `system`, in z: value, frequency response, margins, time response, poles,
+state space. They are exact for delays of any fraction of the period and thousands of periods long,
+and free of polynomial round-off. How the diagram is cut is left to `sampling`, what happens between
+samples to `held`, the numbers of the closed loop to `recursion`, and its poles to
+`recursion_poles`.
 """
 
 from __future__ import annotations
@@ -13,23 +14,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from vsctrl.diagram import sampling
-from vsctrl.diagram.blocks import Block, exact_number
+from vsctrl.diagram.blocks import Block
+from vsctrl.diagram.foreign import exact_number
 from vsctrl.diagram.recursion import Recursion
-from vsctrl.diagram.signals import Signal
+from vsctrl.diagram.sampled_channel import SampledChannel, SampledLoop
 from vsctrl.errors import ImproperError, InputError, nearest
 
 if TYPE_CHECKING:
-    import control
-
     from vsctrl.diagram.system import System
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
@@ -65,7 +64,7 @@ class SampledSystem:
             raise InputError(f"{channel!r} is no channel; write twin['input', 'output'].")
         return SampledChannel(self, *channel)
 
-    def open(self, signal: str | None = None) -> SampledChannel:
+    def open(self, signal: str | None = None) -> SampledLoop:
         """The loop transfer function L(z) of 1 + L, broken at the hold.
 
         `signal` may only be the held one: breaking the loop elsewhere would put in a second hold.
@@ -77,7 +76,7 @@ class SampledSystem:
             )
         opened = self.system.open(self.hold)
         twin = SampledSystem(opened.system, self.period, opened.source, self.digital)
-        return SampledChannel(twin, opened.source, opened.target, sign=-1)
+        return SampledLoop(twin, opened.source, opened.target, sign=-1)
 
     def poles(self, n: int | None = None) -> Complex:
         """The n poles of largest modulus (all without n) of the whole diagram, in z."""
@@ -128,109 +127,6 @@ class SampledSystem:
             if block.output in seen
             and max((k for k, _ in numbers.num), default=0) > max(k for k, _ in numbers.den)
         ]
-
-
-@dataclass(frozen=True)
-class SampledChannel:
-    """A transfer function in z between an input and the samples of a signal, `sign` included."""
-
-    twin: SampledSystem
-    source: str
-    target: str
-    sign: int = 1
-
-    def __post_init__(self) -> None:
-        self.twin.system.diagram._check_channel(self.source, self.target)
-
-    @cached_property
-    def recursion(self) -> Recursion:
-        """The closed recursion behind every face; errors for an improper channel."""
-        return self.twin.recursion((self.target,), self.source)
-
-    def __call__(self, z: ArrayLike) -> Any:
-        """The exact value at complex z ≠ 0, any shape; infinite at a pole."""
-        at = np.asarray(z, complex)
-        value = self.recursion.transfer(at)[..., 0, 0]
-        value = value if self.sign > 0 else -value
-        return value if at.ndim else complex(value)
-
-    def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
-        """The response at z = e^{jωT}, ω in rad/s, for python-control's plots."""
-        import control
-
-        w = np.asarray(omega, float)
-        return control.FrequencyResponseData(
-            self(np.exp(1j * w * self.twin.period)),
-            w,
-            self.twin.period,
-            smooth=False,
-            inputs=self.source,
-            outputs=self.target,
-            name=f"{self.source} to {self.target}, sampled",
-        )
-
-    def response(
-        self, signal: Signal | ArrayLike, n: int | None = None
-    ) -> control.TimeResponseData:
-        """The response from rest at t = kT to n samples of a signal, or to an array of samples."""
-        import control
-
-        t, samples = self._samples(signal, n)
-        y = self.sign * self.recursion.run(samples[:, None])
-        return control.TimeResponseData(
-            t,
-            y.T,
-            inputs=samples[None, :],
-            issiso=True,
-            input_labels=[self.source],
-            output_labels=[self.target],
-        )
-
-    def _samples(self, signal: Any, n: int | None) -> tuple[Array, Array]:
-        if isinstance(signal, Signal):
-            if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
-                raise InputError(f"response: n = {n!r} is no number of samples; give 1 or more.")
-            t = np.asarray(float(self.twin.period) * np.arange(n))
-            return t, _numbers(signal, t)
-        try:
-            samples = np.array(signal, float)
-        except (TypeError, ValueError):
-            samples = np.zeros(0)
-        if samples.ndim != 1 or not len(samples) or not np.isfinite(samples).all():
-            raise InputError(
-                f"response: {signal!r} is no signal; give a Step(…), Ramp(…), Sine(…), … "
-                "and a number of samples, or a list of finite samples."
-            )
-        if n is not None and n != len(samples):
-            raise InputError(f"response: n = {n!r}, but there are {len(samples)} samples; drop n.")
-        return np.asarray(float(self.twin.period) * np.arange(len(samples))), samples
-
-    def poles(self, n: int | None = None) -> Complex:
-        """The n poles of largest modulus (all without n): of the closed loop and of the way here.
-
-        States that the wiring leaves out of loop and channel are left out.
-        """
-        return self.recursion.poles(n)
-
-    @property
-    def is_stable(self) -> bool:
-        """Whether all poles are inside the unit circle."""
-        return self.recursion.is_stable
-
-    def state_space(self) -> control.StateSpace:
-        """The channel as python-control's state space with dt = period, delays as registers."""
-        import control
-
-        A, B, C, D = self.recursion.state_space()
-        C, D = self.sign * C, self.sign * D
-        return control.ss(A, B, C, D, self.twin.period, inputs=[self.source], outputs=[self.target])
-
-
-def _numbers(signal: Signal, t: Array) -> Array:
-    """The signal at the samples, right limits; it must hold numbers."""
-    if any(hasattr(x, "free_symbols") for _, term in signal.primitives for x in term.values):
-        raise InputError(f"response: {signal} holds symbols; give it numbers.")
-    return np.asarray(signal(t), float)
 
 
 def _check(system: System, period: float, hold: str, digital: Mapping[str, str]) -> None:

@@ -22,7 +22,7 @@ from vsctrl.diagram.transfer import BlockCoefficients
 from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.diagram import Part
+    from vsctrl.diagram.blocks import Part
     from vsctrl.diagram.system import System
 
 Array = NDArray[np.float64]
@@ -54,12 +54,12 @@ def _in_q(name: str, side: Side, order: int, method: str, period: Fraction) -> F
     a, b, c = METHODS[method]
     out: Filter = {}
     for (k, tau), value in side.items():
-        late = tau / period
-        if late.denominator != 1:
+        late, after = held.ago(tau, period)
+        if after:
             raise InputError(
                 f"sampled: block {name!r} runs in the computer, and its delay of {float(tau):g} s "
-                f"is {float(late):g} periods; make it a whole number, or take the block out of "
-                "digital: a continuous block may have any delay."
+                f"is {float(tau / period):g} periods; make it a whole number, or take the block "
+                "out of digital: a continuous block may have any delay."
             )
         scale = value * a**k * float(period) ** (order - k)
         factors = [[1.0, -1.0]] * k + [[b, c]] * (order - k)
@@ -68,7 +68,7 @@ def _in_q(name: str, side: Side, order: int, method: str, period: Fraction) -> F
             poly = np.convolve(poly, factor)
         for d, coefficient in enumerate(poly):
             if coefficient:
-                out[d + int(late)] = out.get(d + int(late), 0.0) + scale * float(coefficient)
+                out[d + late] = out.get(d + late, 0.0) + scale * float(coefficient)
     return out
 
 
@@ -144,6 +144,18 @@ def close(
                 own[0, n + i] = -factor
                 _into(taps, d, slice(n + i, n + i + 1), own)
     return Recursion(_solved(taps, n, q, hold), n, q)
+
+
+def closed(loop: Recursion, sign: int, hold: str) -> Recursion:
+    """The autonomous recursion left when the one output is fed back to the one input.
+
+    `sign` −1: L of the return difference 1 + L is minus this recursion.
+    """
+    m = loop.inner + 1
+    taps = {d: matrix[:m, :m].copy() for d, matrix in loop.taps.items()}
+    for matrix in taps.values():
+        matrix[-1] *= -sign  # the input is the last held signal, and the output drives it
+    return Recursion(_solved(taps, loop.states, loop.held + 1, hold), loop.states, loop.held + 1)
 
 
 def _into(taps: dict[int, Array], d: int, rows: slice, values: Array) -> None:

@@ -25,6 +25,7 @@ from vsctrl.diagram.channel import Channel, OpenLoop
 from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
+    from vsctrl.diagram.chart import StabilityChart
     from vsctrl.diagram.diagram import Diagram
     from vsctrl.diagram.sampled import SampledSystem
 
@@ -96,6 +97,32 @@ class System:
         """
         rows = [self.with_(**{parameter: value}).poles(n)[:n] for value in np.ravel(values)]
         return np.array([np.pad(row, (0, n - len(row)), constant_values=np.nan) for row in rows])
+
+    def stability_chart(
+        self,
+        ranges: Mapping[str, tuple[float, float]] | None = None,
+        /,
+        *,
+        grid: tuple[int, int] = (36, 24),
+        **keywords: tuple[float, float],
+    ) -> StabilityChart:
+        """How many roots are unstable over two parameters, with the exact curves where it changes.
+
+        ``system.stability_chart(lam=(0.5, 30), tau=(0, 0.3))``: exactly two parameters, the x axis
+        first, each with its (low, high) in SI units; a mapping serves names that are no Python
+        identifiers. All other parameters keep this system's values. `grid` is the number of corners
+        (x, y) at which roots right of the imaginary axis are counted. Every boundary that separates
+        corners of different count is traced, each point polished until its root is on the axis to
+        rounding; an island that lies between corners needs a finer grid. A root that stays at 0
+        for all parameters, as of a hidden integrator, is left out. Where a neutral loop has
+        infinitely many unstable roots the edge is not a root's crossing and is left to the grid.
+        Errors: `InputError` for other than two parameters, ranges that are none, or a place in the
+        rectangle (a negative delay, a division by zero) where the diagram has no numbers.
+        Source: Neimark (1949), D-partition; Gryazina, Polyak & Tremba (2008).
+        """
+        from vsctrl.diagram.chart import stability_chart
+
+        return stability_chart(self, {**(ranges or {}), **keywords}, grid)
 
     @cached_property
     def autonomous(self) -> delay.DelaySystem:

@@ -93,6 +93,8 @@ def _polish(c: Array, slope: Array, xi: Array, rounds: int) -> tuple[Array, Arra
         step = np.where(np.abs(step) < 2, step, 0.0)
         step, xi = xi, np.clip(xi - step, -1.0, 1.0)
         step = step - xi
+        if np.abs(step).max() <= 1e-15:
+            break
     return xi, np.abs(step)
 
 
