@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from vsctrl import paper as paper
     from vsctrl.diagram import Block as Block
     from vsctrl.diagram import Diagram as Diagram
+    from vsctrl.diagram import Exponential as Exponential
     from vsctrl.diagram import Parabola as Parabola
     from vsctrl.diagram import Pulse as Pulse
     from vsctrl.diagram import Ramp as Ramp
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 _HOME = {
     "Block": "vsctrl.diagram",
     "Diagram": "vsctrl.diagram",
+    "Exponential": "vsctrl.diagram",
     "InputError": "vsctrl.errors",
     "LimitError": "vsctrl.errors",
     "Parabola": "vsctrl.diagram",

@@ -8,6 +8,7 @@ evaluation a form that has not been multiplied out.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -241,7 +242,7 @@ class Coefficients:
             num = self._side(block.rational.num, rest, delays, block.name)
             den = self._side(block.rational.den, rest, delays, block.name)
             _check_causal(block.name, den)
-            blocks.append(BlockCoefficients(block.name, num, den))
+            blocks.append(_levelled(BlockCoefficients(block.name, num, den)))
         return blocks
 
     def _side(
@@ -254,6 +255,22 @@ class Coefficients:
         if not np.isfinite(list(out.values())).all():
             raise InputError(f"at: block {name!r} is not finite; check the values given.")
         return {key: value for key, value in out.items() if value}
+
+
+def _levelled(block: BlockCoefficients) -> BlockCoefficients:
+    """The block with numerator and denominator divided by the power of 2 that leaves den near 1.
+
+    Cancelling decimals leaves numbers like 10¹⁷ on both sides, which the states would inherit.
+    """
+    shift = -math.frexp(max(abs(c) for c in block.den.values()))[1]
+    try:
+        num, den = (
+            {key: math.ldexp(c, shift) for key, c in side.items()}
+            for side in (block.num, block.den)
+        )
+    except OverflowError:  # a gain beyond 1e308 is left for those who use it to refuse
+        return block
+    return BlockCoefficients(block.name, num, den)
 
 
 def _shown(values: dict[str, float]) -> str:

@@ -3,30 +3,63 @@
 Nothing is typed in, so a changed diagram changes its formulas.
 """
 
+from vsctrl.loop.closed import pade_gain_limit, pole, sampled_sine_error, step_response
+from vsctrl.loop.constants import ErrorConstants, error_constants, error_sensitivities
 from vsctrl.loop.design import gain_for, least_error_gain, squared_error
 from vsctrl.loop.figure1 import Placement, diagram, figure1
 from vsctrl.loop.limits import fastest_gain, gain_limit, per_sample
+from vsctrl.loop.matrix import (
+    calibration_matrix,
+    depth_error_matrix,
+    focal_error_matrix,
+    matrix_gain_limit,
+    steady_lag,
+)
+from vsctrl.loop.steady import amplitude_and_phase, error_transfer, steady_error
 from vsctrl.loop.tolerance import pi_gain_limit, smith_gain_limit
-from vsctrl.loop.tracking import nulling_feedforward, tracking_error, tracking_transfer
-from vsctrl.loop.variants import pi, preview, previewed_feedforward, smith, tracking_errors
+from vsctrl.loop.tracking import (
+    harmful_feedforward_gain,
+    nulling_feedforward,
+    tracking_error,
+    tracking_transfer,
+)
+from vsctrl.loop.variants import pi, preview, previewed_feedforward, smith
+
+tracking_errors = steady_error  #: what `tracking_error` is for figure 1, of any diagram
 
 __all__ = [
+    "ErrorConstants",
     "Placement",
+    "amplitude_and_phase",
+    "calibration_matrix",
+    "depth_error_matrix",
     "diagram",
+    "error_constants",
+    "error_sensitivities",
+    "error_transfer",
     "fastest_gain",
     "figure1",
+    "focal_error_matrix",
     "gain_for",
     "gain_limit",
+    "harmful_feedforward_gain",
     "least_error_gain",
+    "matrix_gain_limit",
     "nulling_feedforward",
+    "pade_gain_limit",
     "per_sample",
     "pi",
     "pi_gain_limit",
+    "pole",
     "preview",
     "previewed_feedforward",
+    "sampled_sine_error",
     "smith",
     "smith_gain_limit",
     "squared_error",
+    "steady_error",
+    "steady_lag",
+    "step_response",
     "tracking_error",
     "tracking_errors",
     "tracking_transfer",

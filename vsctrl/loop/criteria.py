@@ -8,8 +8,9 @@ from functools import cache
 
 import sympy as sp
 
+from vsctrl.loop.closed import step_response
 from vsctrl.loop.limits import loop_transfer
-from vsctrl.symbols import kappa, lam, omega, s, tau
+from vsctrl.symbols import k_ff, kappa, lam, omega, s, t, tau
 
 x, u, zeta = sp.symbols("x u zeta", positive=True)  # κλτ, ωτ, damping ratio
 
@@ -29,14 +30,20 @@ def _turned() -> tuple[sp.Expr, sp.Expr]:
 
 
 @cache
-def margin(name: str) -> sp.Expr:
-    """x as a function of the phase margin (arg L + π where |L| = 1) or of the gain margin."""
+def margins() -> dict[str, sp.Expr]:
+    """Gain margin π/(2x), phase margin π/2 − x (rad) and delay margin π/(2x) − 1 (in τ)."""
     size, above = _turned()
-    if name == "phase_margin":
-        crossing = sp.solve(sp.Eq(size, 1), u)[0]
-        return sp.solve(sp.Eq(above.subs(u, crossing), omega), x)[0]
-    crossing = sp.solve(above, u)[0]
-    return sp.solve(sp.Eq(1 / size.subs(u, crossing), omega), x)[0]
+    crossing = sp.solve(sp.Eq(size, 1), u)[0]
+    phase = above.subs(u, crossing)
+    gain = 1 / size.subs(u, sp.solve(above, u)[0])
+    delay = sp.expand(phase / crossing)
+    return {"gain_margin": gain, "phase_margin": phase, "delay_margin": delay}
+
+
+@cache
+def margin(name: str) -> sp.Expr:
+    """x as a function (of ω, which stands for it) of the phase margin or of the gain margin."""
+    return sp.solve(sp.Eq(margins()[name], omega), x)[0]
 
 
 @cache
@@ -85,6 +92,21 @@ def squared_step_error() -> sp.Expr:
     if sp.simplify(sp.expand_trig(sp.expand(law.subs(found)))) != 0:
         raise ArithmeticError("the correlation of the error")  # pragma: no cover - an identity
     return sp.simplify(r.subs(found).subs(h, 0)) - 1
+
+
+@cache
+def first_overshoot() -> sp.Expr:
+    """x − 1/2, of the first peak after a unit step where 1 ≤ x, in the unit of time τ.
+
+    S′(t) = x (1 − S(t − 1)), so S is extremal one delay after it passes 1, which it does within
+    the first delay, S = xt, if x ≥ 1. It is the largest peak up to x = 3/2 and a little beyond
+    (1.569); nearer to the stability limit π/2 a later one is.
+    """
+    when = sp.Symbol("t", real=True)
+    first, second = (step_response(n).subs({lam: x / kappa, tau: 1, k_ff: 0}) for n in (1, 2))
+    first, second = (e.replace(sp.Max, lambda *sides: sp.Add(*sides)) for e in (first, second))
+    passes = sp.solve(sp.Eq(first.subs(t, when), 1), when)[0]
+    return sp.expand(second.subs(t, passes + 1)) - 1
 
 
 @cache

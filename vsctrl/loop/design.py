@@ -20,6 +20,7 @@ from vsctrl.errors import InputError, nearest
 from vsctrl.loop import values as check
 from vsctrl.loop.criteria import (
     dominant_damping,
+    first_overshoot,
     largest_overshoot,
     margin,
     sensitivity_peak,
@@ -169,7 +170,7 @@ def _of_overshoot(value: float) -> float:
     if value < UNSEEN:
         return float(fastest_gain(1.0))
     if 0.5 <= value <= 1:
-        return value + 0.5
+        return float(sp.solve(first_overshoot() - sp.Float(value, 17), x)[0])
     low, high = (float(fastest_gain(1.0)), 1.0) if value < 0.5 else (1.5, math.pi / 2)
     if overshoot_of(high) <= value:  # within rounding of the stability limit
         return high

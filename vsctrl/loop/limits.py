@@ -3,6 +3,7 @@
 Stability ends where the opened loop passes −1; oscillation begins where two real roots meet.
 """
 
+import cmath
 import math
 from collections.abc import Callable
 from functools import cache
@@ -29,11 +30,30 @@ def gain_limit(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.
 
     λ_max = π/(2κτ) in continuous time; with the velocity held over `period` Tₛ and τ = d Tₛ,
     λ_max = 2 sin(π/(2(2d + 1)))/(κTₛ), which is less. `tau` and `period` in s, symbols or numbers;
-    numbers in, a float out (κ = 1 then), infinity for τ = 0 in continuous time. Errors:
-    `InputError` for a negative delay, a period or κ not above 0, or a delay that is no whole
-    number of periods.
+    numbers in, a float out (κ = 1 then), infinity for τ = 0 in continuous time.
+
+    κ may be a complex number μ, such as an eigenvalue of L̂⁺L: of its argument, π/2 − |arg μ|
+    is left in the place of π/2, so that λ|μ|τ < π/2 − |arg μ| is stable, and sampled
+    λ|μ|Tₛ < 2 sin((π/2 − |arg μ|)/(2d + 1)); 0 where nothing is left.
+    Errors: `InputError` for a negative delay, a period or κ not above 0, or a delay that is no
+    whole number of periods.
     """
-    return _value(_continuous_limit, lambda samples: _sampled_limit(), tau, period, kappa)
+    angle, unstable = 0.0, False
+    if isinstance(kappa, complex):
+        if not cmath.isfinite(kappa):
+            raise InputError(f"kappa = {kappa} is not usable; give a finite number.")
+        angle = abs(cmath.phase(kappa))
+        unstable = kappa == 0 or angle >= math.pi / 2
+        kappa = abs(kappa) or 1.0
+
+    def turned(limit: sp.Expr) -> sp.Expr:
+        return limit.subs(alpha, angle or sp.S.Zero)
+
+    def sampled(samples: Any) -> sp.Expr:
+        return turned(_sampled_limit())
+
+    found = _value(lambda: turned(_continuous_limit()), sampled, tau, period, kappa)
+    return 0.0 if unstable else found
 
 
 def fastest_gain(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.Expr | float:
@@ -45,6 +65,7 @@ def fastest_gain(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> s
 
 
 _TAU, _KAPPA = tau, kappa
+alpha = sp.Symbol("alpha", nonnegative=True)  # |arg κ|; a root and its mirror image are alike
 
 
 def _value(
@@ -81,10 +102,10 @@ def _value(
 
 @cache
 def _continuous_limit() -> sp.Expr:
-    """Solve |L(jω)| = 1 and arg L(jω) = −π for λ, L from the diagram opened at S_meas."""
+    """Solve |L(jω)| = 1, arg L(jω) − α = −π for λ, L from the diagram opened at S_meas."""
     loop = loop_transfer()
     rational = sp.simplify(loop * sp.exp(tau * s)).subs(s, sp.I * omega)
-    turned = sp.simplify(sp.arg(rational)) - omega * tau
+    turned = sp.simplify(sp.arg(rational)) - omega * tau - alpha
     at = sp.solve(sp.Eq(turned, -sp.pi), omega)[0]
     return sp.solve(sp.Eq(sp.Abs(rational), 1), lam)[0].subs(omega, at)
 
@@ -92,7 +113,7 @@ def _continuous_limit() -> sp.Expr:
 @cache
 def _sampled_limit() -> sp.Expr:
     """The same for the pulse transfer function at z = e^{jθ}, held velocity, d samples late."""
-    pulse = _pulse_transfer()  # rational in z, without the d samples of delay
+    pulse = pulse_transfer()  # rational in z, without the d samples of delay
     theta = sp.Symbol("theta", positive=True)
     # On the circle z − 1 = 2 sin(θ/2) e^{j(θ/2 + π/2)}; SymPy checks what we then use.
     chord = 2 * sp.sin(theta / 2)
@@ -101,7 +122,7 @@ def _sampled_limit() -> sp.Expr:
     if sp.simplify(difference) != 0:  # pragma: no cover - an identity
         raise ArithmeticError("z − 1 on the unit circle")
     gain = sp.simplify(pulse * (z - 1))
-    angle = sp.solve(sp.Eq(turn + d * theta, sp.pi), theta)[0]
+    angle = sp.solve(sp.Eq(turn + d * theta + alpha, sp.pi), theta)[0]
     return sp.solve(sp.Eq(gain / chord, 1), lam)[0].subs(theta, angle)
 
 
@@ -114,7 +135,7 @@ def loop_transfer() -> sp.Expr:
 
 
 @cache
-def _pulse_transfer() -> sp.Expr:
+def pulse_transfer() -> sp.Expr:
     """Zero-order hold in front of figure 1's plant: (z − 1)/z · Z{L⁻¹[G(s)/s]} by its samples."""
     t, k = sp.Symbol("t", positive=True), sp.Symbol("k", integer=True, nonnegative=True)
     plant = sp.simplify(loop_transfer() * sp.exp(tau * s))
@@ -123,6 +144,12 @@ def _pulse_transfer() -> sp.Expr:
     # The first case is that of the circle |z| > 1 on which the sum converges.
     held = sp.piecewise_fold(samples).args[0][0]
     return sp.simplify(held * (z - 1) / z)
+
+
+def sampled_characteristic() -> sp.Expr:
+    """z^{d+1} − z^d + κλTₛ, whose roots are those of figure 1 held over Tₛ, d samples late."""
+    num, den = sp.fraction(sp.together(pulse_transfer()))
+    return sp.expand(z**d * den) + num
 
 
 @cache
@@ -136,12 +163,12 @@ def _continuous_double_root() -> sp.Expr:
 def _sampled_double_root(samples: Any) -> sp.Expr:
     """The largest λ(z) = −zᵈ/(pulse/λ) on 0 < z < 1, where dλ/dz = 0; at z = 0 without delay."""
     if samples == 0:
-        return sp.solve(1 + _pulse_transfer().subs(z, 0), lam)[0]
+        return sp.solve(1 + pulse_transfer().subs(z, 0), lam)[0]
     return _sampled_late_double_root()
 
 
 @cache
 def _sampled_late_double_root() -> sp.Expr:
-    gain = sp.solve(1 + _pulse_transfer() * z**-d, lam)[0]
+    gain = sp.solve(1 + pulse_transfer() * z**-d, lam)[0]
     at = sp.solve(sp.simplify(sp.diff(gain, z) / z ** (d - 1)), z)[0]
     return sp.simplify(gain.subs(z, at))

@@ -1,26 +1,18 @@
-"""Figure 1 made tolerant of its delay: ready diagrams, and their steady errors in closed form.
+"""Figure 1 made tolerant of its delay: ready diagrams.
 
-Each remedy for dead time buys something and costs something; side by side, and derived from their
-diagrams by one rule, it can be seen what. The remedy that needs nothing but a late reference,
-alignment, is `diagram("aligned")`.
+Each remedy for dead time buys something and costs something; side by side, and with `steady_error`
+derived from their diagrams by one rule, it can be seen what. The remedy that needs nothing but a
+late reference, alignment, is `diagram("aligned")`.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import fields
+from collections.abc import Mapping
 from functools import cache
-from typing import Any
 
 import sympy as sp
 
-from vsctrl.diagram import Block, Diagram, Parabola, Ramp, Step, Sum
-from vsctrl.diagram.foreign import exact_number
-from vsctrl.errors import InputError, nearest
-from vsctrl.loop import values as check
+from vsctrl.diagram import Block, Diagram, Sum
 from vsctrl.loop.figure1 import Placement, check_placement, diagram
-from vsctrl.loop.tracking import error_constants
-from vsctrl.symbols import T_i, ell, ell_hat, h, kappa, lam, s, tau, tau_hat
-
-_ORDER: dict[type, int] = {Step: 0, Ramp: 1, Parabola: 2}
+from vsctrl.symbols import T_i, ell_hat, h, lam, s, tau_hat
 
 
 def preview(placement: Placement = "measurement") -> Diagram:
@@ -86,40 +78,6 @@ def pi(placement: Placement = "measurement") -> Diagram:
     return _pi(placement)
 
 
-def tracking_errors(
-    diagram: Diagram,
-    signal: Step | Ramp | Parabola,
-    *,
-    output: str = "S",
-    reference: str | None = None,
-    **values: float | sp.Expr,
-) -> sp.Expr:
-    """The steady value of output − reference in closed form, κ = ℓ/ℓ̂; negative is behind.
-
-    `reference` is a signal, S_star where the diagram has one, else S_ref; `output` S_meas against
-    it is the measured error. The first input takes the `signal`, whose sizes are numbers or
-    symbols; `values` (SI, by the parameters' keywords, with kappa for ell) are put in. Final-value
-    theorem: it holds where the loop is stable. Infinite where a lower error constant is not zero.
-    Errors: `InputError` for a signal without a steady error, an unknown signal name or parameter.
-    """
-    if type(signal) not in _ORDER:
-        raise InputError(
-            f"tracking_errors: {signal!r} has no steady error; give a Step, Ramp or Parabola."
-        )
-    if reference is None:
-        reference = "S_star" if "S_star" in diagram.signals else diagram.inputs[0]
-    diagram.require(output)
-    diagram.require(reference)
-    known = _known(diagram, values)
-    size = getattr(signal, fields(signal)[0].name)
-    constants = [c.subs(known) for c in _constants(diagram, output, reference)]
-    order = _ORDER[type(signal)]
-    for below in constants[:order]:
-        if sp.simplify(below) != 0:
-            return sp.oo * sp.sign(below * size)
-    return constants[order] * size
-
-
 @cache
 def _preview(placement: Placement) -> Diagram:
     parts = (*diagram(placement).parts, Block("now", sp.exp(-h * s), "S_ref -> S_star"))
@@ -138,39 +96,3 @@ def _edited(
 ) -> list[Block | Sum]:
     """The parts of a diagram with those that drive some signals replaced, and more."""
     return [*(changed.get(part.output, part) for part in base.parts), *added]
-
-
-@cache
-def _constants(diagram: Diagram, output: str, reference: str) -> tuple[sp.Expr, ...]:
-    source = diagram.inputs[0]
-
-    def to(signal: str) -> sp.Expr:
-        return sp.Integer(1) if signal == source else diagram.transfer(source, signal)
-
-    error = (to(output) - to(reference)).subs(ell, kappa * ell_hat)
-    return error_constants(error)
-
-
-def _known(diagram: Diagram, values: Mapping[str, Any]) -> dict[sp.Symbol, sp.Expr]:
-    """Symbol → value, decimals exactly as they read, so that what cancels is 0."""
-    names = diagram.parameters
-    if names.keys() >= {"ell", "ell_hat"}:
-        names = {**{k: a for k, a in names.items() if k != "ell"}, "kappa": kappa}
-    for name, value in values.items():
-        if name not in names:
-            raise InputError(
-                f"tracking_errors: there is no value {name!r}{nearest(name, names)}; "
-                f"give some of {', '.join(names)}."
-            )
-        if not check.is_symbolic(value):
-            _checker(names[name])(f"tracking_errors: {name}", value)
-    return {
-        names[name]: value if isinstance(value, sp.Expr) else sp.Rational(exact_number(value, name))
-        for name, value in values.items()
-    }
-
-
-def _checker(symbol: sp.Symbol) -> Callable[[str, Any], float]:
-    if symbol in (tau, tau_hat, h):
-        return check.delay
-    return check.positive if symbol.is_positive else check.number

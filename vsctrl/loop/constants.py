@@ -1,0 +1,83 @@
+"""What a loop owes its parameters: error constants of the opened loop, sensitivities of the error.
+
+The classic constants K_p, K_v and K_a say what an open loop promises; the sensitivities say which
+parameter has to be known well for the promise to be kept.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import sympy as sp
+
+from vsctrl.diagram import Diagram, Signal
+from vsctrl.errors import InputError
+from vsctrl.loop import taylor
+from vsctrl.loop.parameters import calibrated, known, parameters
+from vsctrl.loop.steady import error_transfer, steady_error
+
+_WHERE = ("output", "reference", "source")
+
+
+@dataclass(frozen=True)
+class ErrorConstants:
+    """K_p = lim L(s), K_v = lim s L(s) and K_a = lim s² L(s) as s → 0 of a loop of a given type.
+
+    With unit feedback a step leaves 1/(1 + K_p) of itself, a ramp 1/K_v and a parabola 1/K_a per
+    unit. Units: 1, s⁻¹, s⁻².
+    """
+
+    type: int  #: integrators in L; negative where L is 0 at s = 0
+    position: sp.Expr
+    velocity: sp.Expr
+    acceleration: sp.Expr
+
+
+def error_constants(diagram: Diagram, signal: str, **values: float | sp.Expr) -> ErrorConstants:
+    """Type and error constants of the loop opened at a signal, symbolic, with exact delay.
+
+    L is minus the transfer function from the cut to the signal, so that 1 + L is the return
+    difference. `values` as for `steady_error`. Errors: `InputError` where no loop runs through the
+    signal, for an unknown signal or parameter and for values that cannot be.
+    """
+    given = known("error_constants", diagram, values)
+    opened = diagram.open(signal)
+    L = calibrated(diagram, -opened.transfer(f"{signal}__cut", signal)).subs(given)
+    order, (leading, *_) = taylor.laurent(L, -99)
+    if leading == 0:
+        raise InputError(
+            f"error_constants: no loop runs through {signal!r}; open a signal of the loop."
+        )
+    endless, leading = sp.oo * sp.sign(leading), sp.factor(leading)
+    limits = (
+        endless if order + k < 0 else leading if order + k == 0 else sp.S.Zero for k in (0, 1, 2)
+    )
+    return ErrorConstants(-order, *limits)
+
+
+def error_sensitivities(
+    diagram: Diagram, signal: Signal, *, relative: bool = False, **options: Any
+) -> dict[str, sp.Expr]:
+    """∂E/∂p of the steady error E for each parameter p that the error's transfer function has.
+
+    Keyword → closed form. With ``relative`` the logarithmic ones, (p/E) ∂E/∂p: by how many per cent
+    E changes for one per cent of p; infinite where E is 0. `options` are those of `steady_error`;
+    values are put in after the derivative is taken. Of a sine E is complex, and so are they.
+    Errors: as `steady_error`, and `InputError` for an error that is infinite, or that is 0 whatever
+    the parameters are where relative ones are asked for.
+    """
+    where = {name: value for name, value in options.items() if name in _WHERE}
+    rest = {name: value for name, value in options.items() if name not in _WHERE}
+    given = known("error_sensitivities", diagram, rest)
+    error = steady_error(diagram, signal, **where)
+    if error.has(sp.oo, sp.zoo) or (relative and error == 0):
+        raise InputError(
+            f"error_sensitivities: {signal!r} leaves the error {error}, which has no such "
+            "sensitivity; give a signal that leaves a finite one."
+        )
+    present = error_transfer(diagram, **where).free_symbols
+    found: dict[str, sp.Expr] = {}
+    for name, symbol in parameters(diagram).items():
+        if symbol in present:
+            slope = sp.diff(error, symbol) * (symbol / error if relative else 1)
+            found[name] = sp.factor(slope).subs(given)
+    return found

@@ -1,0 +1,157 @@
+"""Steady tracking errors of any diagram in closed form, for any test signal.
+
+A stable loop forgets how it began. What is left of the error after a polynomial is read off the
+Taylor coefficients of its transfer function at s = 0 (final-value theorem), and after a sine or an
+exponential off that function at jω or at the rate. Delays stay exact.
+"""
+
+from functools import cache
+from typing import Any
+
+import sympy as sp
+
+from vsctrl.diagram import Diagram, Exponential, Signal, Sine
+from vsctrl.diagram.blocks import delays_as_symbols
+from vsctrl.diagram.signals import Cosine, Power
+from vsctrl.errors import InputError
+from vsctrl.loop import taylor
+from vsctrl.loop.parameters import calibrated, exact, known, parameters
+from vsctrl.symbols import s, tau
+
+Series = tuple[int, tuple[sp.Expr, ...]]
+SIGNALS = "a Step, Ramp, Parabola, Sine or Exponential"
+
+
+def steady_error(
+    diagram: Diagram,
+    signal: Signal,
+    *,
+    output: str | None = None,
+    reference: str | None = None,
+    source: str | None = None,
+    **values: float | sp.Expr,
+) -> sp.Expr:
+    """The steady value of output − reference in closed form; negative is behind.
+
+    With E(s) its transfer function from the input,
+
+    - `Step`, `Ramp`, `Parabola`: lim s E(s) U(s) as s → 0, infinite with its sign where the error
+      grows without end;
+    - `Sine` (and `Cosine`): the complex amplitude A E(jω); `amplitude_and_phase` takes it apart;
+    - `Exponential` A e^{at}: A E(a), the factor of e^{at} that is left; the loop's own poles must
+      be left of a.
+
+    It holds where the loop is stable, which is not looked at here (`system.poles` does).
+    `output` is the diagram's first output; `reference` a signal, S_star where there is one, else
+    the first input; `source` the input that takes the signal (the first), which may be a
+    disturbance: the other inputs are 0. `values` (SI, by the parameters' keywords) are put in,
+    decimals exactly as they read; with ell and ell_hat in the diagram κ = ℓ/ℓ̂ stands for ell.
+    Errors: `InputError` for a signal without a steady error, an unknown name, a value that cannot
+    be, and a rate or a frequency that is a pole.
+    """
+    transfer, series = _error(diagram, output, reference, source)
+    given = known("steady_error", diagram, values)
+    if isinstance(signal, Power):
+        return _limit(transfer, series, given, signal.order, exact(signal.values[0]))
+    if isinstance(signal, Sine | Cosine):
+        return _at(transfer, given, sp.I * exact(signal.omega), exact(signal.amplitude))
+    if isinstance(signal, Exponential):
+        return _at(transfer, given, exact(signal.rate), exact(signal.amplitude))
+    raise InputError(f"steady_error: {signal!r} has no steady error; give {SIGNALS}.")
+
+
+def error_transfer(
+    diagram: Diagram,
+    output: str | None = None,
+    reference: str | None = None,
+    source: str | None = None,
+) -> sp.Expr:
+    """(output − reference)/source as a function of s, with κ for ℓ/ℓ̂, delays exact.
+
+    Arguments as for `steady_error`. Errors: `InputError` for an unknown signal.
+    """
+    return _error(diagram, output, reference, source)[0]
+
+
+def amplitude_and_phase(ratio: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+    """A complex amplitude, of real parameters, as (its absolute value, its argument in rad).
+
+    The error to A sin ωt is then |E| sin(ωt + φ), with φ in (−π, π].
+    """
+    real = {a: sp.Dummy(a.name, real=True) for a in ratio.free_symbols if not a.is_real}
+    sides = [sp.expand(part.xreplace(real), complex=True) for part in sp.fraction(ratio)]
+    num, den = ([sp.re(side), sp.im(side)] for side in sides)
+    size = sp.sqrt(_square(num) / _square(den))
+    along = num[0] * den[0] + num[1] * den[1]
+    ahead = num[1] * den[0] - num[0] * den[1]
+    phase = sp.atan2(*(sp.trigsimp(sp.expand(part)) for part in (ahead, along)))
+    back = {dummy: symbol for symbol, dummy in real.items()}
+    return size.xreplace(back), phase.xreplace(back)
+
+
+# Transfer functions ----------------------------------------------------------------------------
+def _error(
+    diagram: Diagram, output: str | None, reference: str | None, source: str | None
+) -> tuple[sp.Expr, Series]:
+    parameters(diagram)  # refuses what is no diagram
+    if reference is None:
+        reference = "S_star" if "S_star" in diagram.signals else diagram.inputs[0]
+    output = diagram.outputs[0] if output is None else output
+    source = diagram.inputs[0] if source is None else source
+    for name in (output, reference):
+        diagram.require(name)
+    return _derived(diagram, output, reference, source)
+
+
+@cache
+def _derived(diagram: Diagram, output: str, reference: str, source: str) -> tuple[sp.Expr, Series]:
+    """The error transfer function in lowest terms, and its series at s = 0 up to s²."""
+    error = diagram.transfer(source, output) - diagram.transfer(source, reference)
+    plain, delays = delays_as_symbols(calibrated(diagram, error), "transfer")
+    num, den = sp.fraction(sp.cancel(sp.together(plain)))
+    late = {q: sp.exp(-delay * s) for q, delay in delays.items()}
+    # SymPy merges products of exponentials, and two spellings of one delay are one function.
+    transfer = sp.collect(num, s).xreplace(late) / den.xreplace(late)
+    first, found = taylor.laurent(transfer, 2)
+    return transfer, (first, tuple(_latency_apart(c) for c in found))
+
+
+# Values ----------------------------------------------------------------------------------------
+def _limit(
+    transfer: sp.Expr, series: Series, values: dict[Any, Any], order: int, size: Any
+) -> sp.Expr:
+    """Σ c_k sᵏ times size/s^{order + 1}: the first c_k that is not 0 decides up to k = order."""
+
+    def constants(series: Series) -> list[sp.Expr]:
+        powers = range(min(series[0], 0), order + 1)
+        return [taylor.coefficient(series, k).subs(values) for k in powers]
+
+    found = constants(series)
+    if any(c.has(sp.nan, sp.zoo) for c in found):  # these values make a pole at s = 0, or less
+        found = constants(taylor.laurent(transfer.subs(values), order))
+    for below in found[:-1]:
+        if sp.simplify(below) != 0:  # a lower constant makes the error grow without end
+            return sp.oo * sp.sign(below * size)
+    return found[-1] * size
+
+
+def _at(transfer: sp.Expr, values: dict[Any, Any], point: sp.Expr, size: sp.Expr) -> sp.Expr:
+    ratio = transfer.subs(values).subs(s, point)
+    if ratio.has(sp.zoo, sp.nan, sp.oo):
+        raise InputError(
+            f"steady_error: s = {point} is a pole of the loop, so the error never settles; give "
+            "another rate or frequency."
+        )
+    return ratio * size
+
+
+def _latency_apart(error: sp.Expr) -> sp.Expr:
+    """τ-terms in front and the rest as one fraction, as a reader would write it."""
+    if not error.is_polynomial(tau) or sp.degree(error, tau) != 1:
+        return sp.factor(error)
+    latency = error.coeff(tau) * tau
+    return latency + sp.factor(error - latency)
+
+
+def _square(pair: list[sp.Expr]) -> sp.Expr:
+    return sp.trigsimp(sp.expand(pair[0] ** 2 + pair[1] ** 2))
