@@ -131,3 +131,45 @@ def scenario(name: str) -> None:
     from vsctrl import paper
 
     click.echo(paper.preset(name).to_toml(), nl=False)
+
+
+@main.command()
+@click.argument("feature", required=False)
+@click.option(
+    "--emit",
+    "language",
+    metavar="[latex|numpy|c|mathml]",
+    help="Print L in this language, and nothing else.",
+)
+@click.option("--pixels", is_flag=True, help="In pixels from the principal point, as in eq. 15.")
+@click.option("--list", "listed", is_flag=True, help="Print the features that have a name.")
+@click.option("--ledger", is_flag=True, help="Print what became of the paper's equations.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def derive(
+    feature: str | None,
+    language: str | None,
+    pixels: bool,
+    listed: bool,
+    ledger: bool,
+    as_json: bool,
+) -> None:
+    """The interaction matrix of a FEATURE: its arguments and L, or its source code."""
+    if (feature is not None) + listed + ledger != 1:
+        raise InputError("derive: give the name of a feature, or --list, or --ledger, one of them.")
+    if feature is None and (language is not None or pixels):
+        raise InputError("derive: --emit and --pixels are for a feature; name one, as in --list.")
+    from vsctrl.derive import catalogue
+
+    found: Any
+    if ledger:
+        found = catalogue.ledger_data() if as_json else catalogue.ledger_text()
+    elif feature is None:
+        found = catalogue.names_data() if as_json else catalogue.names_text()
+    else:
+        show = catalogue.feature_data if as_json else catalogue.feature_text
+        found = show(feature, language, pixels=pixels)
+    if as_json:
+        import json
+
+        found = json.dumps(found, indent=2, ensure_ascii=False) + "\n"
+    click.echo(found, nl=False)

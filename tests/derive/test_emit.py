@@ -4,17 +4,31 @@ import ast
 import os
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
+from running_error import exact_and_bound
 from sympy import Symbol, lambdify, log, sqrt, symbols
 
-from vsctrl.derive import PIXELS, Feature, Point, emit, emit_servo_kernels, interaction_matrix
+from vsctrl.derive import (
+    PIXELS,
+    Feature,
+    Point,
+    catalogue,
+    emit,
+    emit_servo_kernels,
+    interaction_matrix,
+)
+from vsctrl.derive.catalogue import FEATURES as CATALOGUE
+from vsctrl.derive.emit.mathematics import as_text, latex_names
 from vsctrl.errors import InputError
 from vsctrl.servo import kernels
 from vsctrl.symbols import F_x, F_y, lam, x, y, z
 
+named = cache(catalogue.named)  # derived once for all tests
 SHAPES = [(), (4,), (3, 5)]
 FIRST, SECOND = (x, y, z), symbols("x_1 y_1 z_1", positive=True)
 
@@ -137,6 +151,105 @@ def test_any_feature_prints_what_sympy_derives(feature, shape):
     assert L.shape == (*shape, *matrix.shape)
     expected = evaluated(matrix, feature.arguments, values)
     np.testing.assert_allclose(L, expected, rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_every_feature_of_the_catalogue_is_exact_up_to_rounding(name):
+    feature = named(name)
+    rng = np.random.default_rng(5)
+    values = {symbol.name: rng.uniform(0.5, 1.5, (2, 1)) for symbol in feature.arguments}
+    if "R" in values:  # a sphere, farther than its radius
+        values["z"] = values["z"] + 2 * values["R"]
+    L = run(emit(feature))[f"{feature.name}_interaction"](*values.values())
+    assert L.shape == (2, 1, *feature.interaction.shape)
+    for i in range(2):
+        here = [v[i, 0] for v in values.values()]
+        exact, bound = exact_and_bound(feature.interaction, feature.arguments, here)
+        np.testing.assert_array_less(np.abs(L[i, 0] - exact), 1.01 * np.array(bound) + 1e-300)
+
+
+# LaTeX, MathML and text ------------------------------------------------------------------------
+def test_the_point_in_latex():
+    """As in textbooks, Chaumette and Hutchinson's (11), with z for Z."""
+    assert emit(Point(), "latex").split("\n") == [
+        r"\begin{bmatrix}",
+        r"- \frac{1}{z} & 0 & \frac{X}{z} & X Y & - X^{2} - 1 & Y \\",
+        r"0 & - \frac{1}{z} & \frac{Y}{z} & Y^{2} + 1 & - X Y & - X",
+        r"\end{bmatrix}",
+        "",
+    ]
+
+
+NAMES = {
+    "x": "x",
+    "X": "X",
+    "z_star": "z^{*}",
+    "Z_star": "Z^{*}",
+    "F_x": "F_{x}",
+    "n_20": "n_{20}",
+    "X_1": "X_{1}",
+    "rho": r"\rho",
+    "Rho": r"\mathrm{Rho}",
+    "RHO": r"\mathrm{RHO}",
+    "Omega_x": r"\Omega_{x}",
+    "omega_x": r"\omega_{x}",
+    "Xbar": r"\mathrm{Xbar}",
+    "xhat": r"\mathrm{xhat}",
+    "thetau_x": r"(\theta u)_{x}",
+    "x1": "x_{1}",
+    "x_1": r"\mathrm{x\_1}",  # the other one has x with a small 1
+    "_private": r"\mathrm{\_private}",
+    "lambda": r"\lambda",
+}
+
+
+def test_latex_keeps_the_case_of_every_name():
+    symbols_ = [Symbol(name) for name in NAMES]
+    assert {s.name: latex for s, latex in latex_names(symbols_).items()} == NAMES
+
+
+def test_mathml_keeps_the_case_of_every_name():
+    letters = ("x", "X", "rho", "Rho", "RHO", "omega", "Omega", "Xbar", "XBAR")
+    parameters = symbols(letters, positive=True)
+    point = symbols("p_x p_y p_z", positive=True)
+    feature = Feature("cases", tuple(p * point[0] for p in parameters), (point,), parameters)
+    root = ET.fromstring(emit(feature, "mathml"))
+    space = "{http://www.w3.org/1998/Math/MathML}"
+    assert root.tag == f"{space}math"
+    column = [row[0] for row in root.iter(f"{space}mtr")]
+    words = ["".join(cell.itertext()).lstrip("−") for cell in column]
+    assert words == ["x", "X", "ρ", "Rho", "RHO", "ω", "Ω", "Xbar", "XBAR"]
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_every_feature_is_mathml_of_its_size(name):
+    feature = named(name)
+    root = ET.fromstring(emit(feature, "mathml"))
+    table = next(root.iter("{http://www.w3.org/1998/Math/MathML}mtable"))
+    assert len(table) == feature.interaction.rows
+    assert {len(row) for row in table} == {6}
+    assert "\\" not in "".join(root.itertext())  # no LaTeX is left
+
+
+def test_a_power_of_a_name_with_a_power_is_in_parentheses():
+    z_star = Symbol("z_star", positive=True)
+    feature = Feature("squared", (x * z_star**2,), (FIRST,), (z_star,))
+    assert r"- \left(z^{*}\right)^{2} & 0" in emit(feature, "latex")
+
+
+def test_text_is_a_matrix_where_it_fits_and_rows_where_not():
+    wide = as_text(Point(), width=60)
+    assert "⎡-1        X" in wide and "X, Y: image point" in wide and "z: depth, m" in wide
+    narrow = as_text(Point(), width=25)
+    assert "  Ωy  -X**2 - 1" in narrow and "⎡" not in narrow and "with" not in narrow
+    assert "  c0 = " in as_text(named("sphere"), width=40)
+
+
+def test_an_unknown_language_is_refused_with_the_nearest():
+    with pytest.raises(InputError, match=r"did you mean 'latex'\?\); choose one of 'numpy', 'c', "):
+        emit(Point(), language="Latx")
+    with pytest.raises(InputError, match="language = 3 cannot be printed"):
+        emit(Point(), language=3)
 
 
 def test_an_unknown_language_is_refused_with_the_known_ones():

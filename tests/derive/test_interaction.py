@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
+from moving import COLUMNS, finite_difference
 from sympy import Matrix, Symbol, lambdify, log, sqrt, symbols, zeros
 
 from vsctrl.derive import PIXELS, Feature, Point, interaction_matrix
 from vsctrl.symbols import F_x, F_y, X, Y, x, y, z
 
-COLUMNS = ("Vx", "Vy", "Vz", "Wx", "Wy", "Wz")
 FIRST, SECOND = (x, y, z), symbols("x_1 y_1 z_1", positive=True)
 x_1, y_1, z_1 = SECOND
 FEATURES = [
@@ -34,26 +33,6 @@ def test_point_matches_the_published_matrix():
     L = interaction_matrix(Point(PIXELS))
     assert L.shape == (2, 6)
     assert (L - expected).expand() == zeros(2, 6)
-
-
-def moved(points, column, h):
-    """The points (..., 3) after the camera has moved for h along one unit twist, exp(−hat h) p."""
-    V, W = np.split(np.eye(6)[column], 2)
-    hat = np.zeros((4, 4))
-    hat[:3, :3] = np.cross(np.eye(3), W)  # row i is e_i × W, so this is the matrix of W ×
-    hat[:3, 3] = V
-    cTo = expm(-hat * h)
-    return points @ cTo[:3, :3].T + cTo[:3, 3]
-
-
-def finite_difference(function, points, column, h=1e-3):
-    """Central differences, extrapolated once: error h⁴ = 1e-12 times a fifth derivative."""
-
-    def central(step):
-        after = function(moved(points, column, step))
-        return (after - function(moved(points, column, -step))) / (2 * step)
-
-    return (4 * central(h / 2) - central(h)) / 3
 
 
 @pytest.mark.parametrize("feature", FEATURES, ids=lambda feature: feature.name)

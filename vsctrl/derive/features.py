@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 
-from sympy import Expr, ImmutableMatrix, Symbol, cancel, expand, solve
+from sympy import Expr, ImmutableMatrix, Symbol, solve
 
 from vsctrl.derive.inputs import vanishes
 from vsctrl.derive.interaction import Coordinates, chain_rule
+from vsctrl.derive.shorten import shortened
 from vsctrl.errors import InputError
 
 
@@ -93,9 +94,12 @@ class Feature:
 
     @cached_property
     def interaction(self) -> ImmutableMatrix:
-        """L by the chain rule, k×6, in the arguments."""
-        L = chain_rule(self.expressions, self.points, self.directions)
-        return L.applyfunc(lambda entry: expand(cancel(entry.subs(self.through_measures))))
+        """L by the chain rule, k×6, in the arguments: ∂s/∂(coordinates) times their L."""
+        gradient = ImmutableMatrix(self.expressions).jacobian(self.coordinates)
+        rates = chain_rule(self.coordinates, self.points, self.directions)
+        # Written in the arguments, the factors are far shorter than their product.
+        gradient, rates = (m.xreplace(self.through_measures) for m in (gradient, rates))
+        return (gradient.applyfunc(shortened) * rates).applyfunc(shortened)
 
     def _check_shapes(self) -> None:
         for field in ("expressions", "points", "parameters", "measures", "directions", "places"):

@@ -4,18 +4,21 @@ The module exists to say in the printed code itself what each function computes,
 unit its arguments come, and from which equation. How a matrix becomes a function is ``source``'s.
 """
 
-from collections.abc import Callable
-from itertools import groupby
+from collections.abc import Callable, Mapping
 
 from sympy import ImmutableMatrix, Symbol
 
 from vsctrl.derive.camera import PIXELS
+from vsctrl.derive.emit.c import c_function
+from vsctrl.derive.emit.mathematics import as_latex, as_mathml
+from vsctrl.derive.emit.meanings import described
+from vsctrl.derive.emit.shared import computable
 from vsctrl.derive.emit.source import function_source
 from vsctrl.derive.features import Feature
-from vsctrl.derive.interaction import interaction_matrix
+from vsctrl.derive.interaction import VisualFeature
 from vsctrl.derive.points import Point
-from vsctrl.errors import InputError
-from vsctrl.symbols import F_x, F_y, X, Y, x, y, z
+from vsctrl.errors import InputError, nearest
+from vsctrl.symbols import X, Y, z
 
 _IMPORTS = """\
 import numpy as np
@@ -34,27 +37,26 @@ broadcast against each other; the batch axes come first in the result.
 
 '''
 
-_MEANINGS = {
-    x: "in the camera frame, m",
-    y: "in the camera frame, m",
-    z: "depth, m",
-    X: "pixels from the principal point",
-    Y: "pixels from the principal point",
-    F_x: "focal length, pixels",
-    F_y: "focal length, pixels",
-}
+# Of the simulator, whose camera has no other.
+_KNOWN = dict.fromkeys((X, Y), "pixels from the principal point") | {z: "depth, m"}
 
 
-def emit(feature: Feature, language: str = "numpy") -> str:
-    """Source of ``<name>_interaction(*feature.arguments)``, which returns L as (..., k, 6).
+def emit(feature: VisualFeature, language: str = "numpy") -> str:
+    """Source of L of a feature, by which it is computed or read without SymPy.
 
-    Columns Vx Vy Vz Ωx Ωy Ωz, in the unit of s per m/s and per rad/s; the text runs by itself.
-    Raises InputError for a language that is not known. Source: eq. 3.
+    "numpy": a module with ``<name>_interaction(*feature.arguments)``, which returns L as
+    (..., k, 6). "c": C99, ``void <name>_interaction(const double …, double L[k][6])``, which needs
+    math.h only. "latex": a bmatrix. "mathml": a ``<math>`` element. Columns Vx Vy Vz Ωx Ωy Ωz, in
+    the unit of s per m/s and per rad/s; the text runs by itself. Source: eq. 3.
+    Errors: `InputError` for a language that is not known, and for an L that it has no words for.
     """
-    if language not in _LANGUAGES:
-        known = ", ".join(repr(name) for name in _LANGUAGES)
-        raise InputError(f"language = {language!r} cannot be printed; choose one of {known}.")
-    return _LANGUAGES[language](feature)
+    if not isinstance(language, str) or language not in LANGUAGES:
+        known = ", ".join(repr(name) for name in LANGUAGES)
+        raise InputError(
+            f"language = {language!r} cannot be printed{nearest(language, LANGUAGES)}; choose one "
+            f"of {known}."
+        )
+    return LANGUAGES[language](feature)
 
 
 def emit_servo_kernels() -> str:
@@ -63,40 +65,39 @@ def emit_servo_kernels() -> str:
     Source: eq. 15 and the kinematic equation above eq. 11.
     """
     point = Point(PIXELS)
-    return f"{_HEADER}{_IMPORTS}\n\n{_projection(point)}\n\n{_interaction(point)}"
+    functions = f"{_projection(point)}\n\n{_interaction(point, _KNOWN)}"
+    return f"{_HEADER}{_IMPORTS}\n\n{functions}"
 
 
-def _numpy_module(feature: Feature) -> str:
+def _numpy_module(feature: VisualFeature) -> str:
     return f"{_IMPORTS}\n\n{_interaction(feature)}"
 
 
 def _projection(feature: Feature) -> str:
     arguments = feature.coordinates + feature.parameters
     docstring = [f"s of {feature.name}, (..., {len(feature.expressions)}).", ""]
-    docstring += _described(arguments)
+    docstring += described(arguments, known=_KNOWN)
     return function_source(
         f"{feature.name}_projection", arguments, ImmutableMatrix(feature.expressions), docstring
     )
 
 
-def _interaction(feature: Feature) -> str:
-    L = interaction_matrix(feature)
+def _interaction(feature: VisualFeature, known: Mapping[Symbol, str] | None = None) -> str:
+    L = computable(feature)
     docstring = [
         f"L of {feature.name}, (..., {L.rows}, 6): s' = L T for a still target.",
         "",
         "Columns Vx Vy Vz (per m/s), Omega_x Omega_y Omega_z (per rad/s) of the camera's twist",
         "in its own frame.",
-        *_described(feature.arguments),
+        *described(feature.arguments, known=known),
     ]
     return function_source(f"{feature.name}_interaction", feature.arguments, L, docstring)
 
 
-def _described(arguments: tuple[Symbol, ...]) -> list[str]:
-    """One docstring line for each run of arguments with the same meaning."""
-    return [
-        f"{', '.join(symbol.name for symbol in run)}: {meaning}."
-        for meaning, run in groupby(arguments, lambda symbol: _MEANINGS.get(symbol, "as declared"))
-    ]
-
-
-_LANGUAGES: dict[str, Callable[[Feature], str]] = {"numpy": _numpy_module}
+#: Language → what prints a feature in it.
+LANGUAGES: dict[str, Callable[[VisualFeature], str]] = {
+    "numpy": _numpy_module,
+    "c": c_function,
+    "latex": as_latex,
+    "mathml": as_mathml,
+}

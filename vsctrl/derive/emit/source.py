@@ -7,16 +7,19 @@ Which functions make up a module is left to ``kernels``.
 
 import ast
 from collections.abc import Sequence
-from itertools import count
 
-from sympy import Expr, ImmutableMatrix, Symbol, cse
+from sympy import Expr, ImmutableMatrix, Symbol
+from sympy.printing.codeprinter import PrintMethodNotImplementedError
 from sympy.printing.numpy import NumPyPrinter
+
+from vsctrl.derive.emit.shared import common, factors
+from vsctrl.errors import InputError
 
 LINE_LENGTH = 100
 _INDENT = "    "
 
 
-class _Printer(NumPyPrinter):
+class Printer(NumPyPrinter):
     """NumPy source in which integer powers of a symbol are products and quotients."""
 
     reserved_words: set[str]
@@ -29,10 +32,24 @@ class _Printer(NumPyPrinter):
 
     def _print_Pow(self, expr: Expr, rational: bool = False, **kwargs: object) -> str:
         # NumPyPrinter writes 1/z² as z**(-2.0), which calls pow for every element.
-        if expr.exp.is_Integer and expr.base.is_Symbol:
-            product = "*".join([self._print(expr.base)] * abs(int(expr.exp)))
+        if number := factors(expr):
+            product = "*".join([self._print(expr.base)] * number)
             return f"({product})" if expr.exp > 0 else f"(1.0/({product}))"
         return str(super()._print_Pow(expr, rational=rational, **kwargs))
+
+    def _print_Float(self, expr: Expr) -> str:
+        # NumPyPrinter rounds to 15 digits.
+        return repr(float(expr))
+
+    def doprint(self, expr: Expr) -> str:
+        """NumPy source. Errors: `InputError` for a function that NumPy does not have."""
+        try:
+            text = str(super().doprint(expr))
+        except PrintMethodNotImplementedError:
+            text = ""
+        if not text or set(self.module_imports) - {"numpy"}:
+            raise InputError(f"NumPy has no function for {expr}; write the feature without it.")
+        return text
 
 
 class _ShortName(ast.NodeTransformer):
@@ -50,9 +67,9 @@ def function_source(
     A column of k entries gives (..., k), a k×n matrix (..., k, n); the arguments are floats or
     arrays that broadcast. Common subexpressions are computed once.
     """
-    names = [_Printer().doprint(argument) for argument in arguments]
-    fresh = (Symbol(f"c{i}") for i in count() if f"c{i}" not in names)
-    shared, (reduced,) = cse([matrix], symbols=fresh, order="canonical")
+    names = [Printer().doprint(argument) for argument in arguments]
+    shared, entries = common(list(matrix), names)
+    reduced = ImmutableMatrix(*matrix.shape, entries)
     column = matrix.cols == 1
     tail = f"{matrix.rows}" if column else f"{matrix.rows}, {matrix.cols}"
     # One allocation for the batch; zeros, because a constant-zero entry is then already in place.
@@ -71,7 +88,7 @@ def function_source(
 
 def _expression(value: Expr) -> str:
     """NumPy source with spaces around operators and no needless parentheses."""
-    tree = ast.parse(_Printer().doprint(value), mode="eval")
+    tree = ast.parse(Printer().doprint(value), mode="eval")
     return ast.unparse(_ShortName().visit(tree))
 
 

@@ -1,0 +1,77 @@
+"""Entries of derived matrices as short as a reader wants them: quotients, cos and sin.
+
+SymPy's ``cancel`` knows no relation between cos and sin, and its ``simplify`` takes seconds. What
+places put into a chain rule are rational functions of symbols, cos and sin, and roots of those, for
+which one relation is enough.
+"""
+
+from collections.abc import Sequence
+
+from sympy import (
+    Add,
+    Dummy,
+    Expr,
+    Pow,
+    Symbol,
+    cancel,
+    cos,
+    count_ops,
+    expand,
+    factor,
+    fraction,
+    sin,
+)
+
+# Factors of longer sums are rarely worth the time.
+_MOST_TERMS = 12
+
+_Pairs = Sequence[tuple[Symbol, Symbol]]
+
+
+def shortened(entry: Expr) -> Expr:
+    """The same rational function of symbols, cos and sin, without what cos² + sin² = 1 hides.
+
+    Sums are expanded unless that multiplies out a denominator such as (z² − R²)².
+    """
+    angles = sorted({e.args[0] for e in entry.atoms(cos, sin)}, key=str)
+    if not angles:
+        return _reduced(entry, ())
+    pairs = [(Dummy("c", real=True), Dummy("s", real=True)) for _ in angles]
+    names = {
+        f(a): p[i] for a, p in zip(angles, pairs, strict=True) for i, f in enumerate((cos, sin))
+    }
+    named = entry.xreplace(names)
+    # A length √(l² cos² + l² sin²) is l; only then do numerator and denominator share a factor.
+    roots = [power for power in named.atoms(Pow) if not power.exp.is_Integer]
+    named = named.xreplace({r: factor(_reduced(r.base, pairs)) ** r.exp for r in roots})
+    both = (_reduced(named, pairs), _reduced(named, [pair[::-1] for pair in pairs]))
+    return min(both, key=count_ops).xreplace({name: value for value, name in names.items()})
+
+
+def _reduced(entry: Expr, pairs: _Pairs) -> Expr:
+    """The quotient without powers of the second of each pair, whose squares sum to 1."""
+    whole = expand(entry)
+    # Only under a sum can anything be left to cancel; without, ``cancel`` is slow for nothing.
+    if any(power.base.is_Add and power.exp.is_negative for power in whole.atoms(Pow)):
+        quotient = cancel(entry)
+        above, below = (_folded(part, pairs) for part in fraction(quotient))
+        return _quotient(cancel(above / below) if pairs else quotient)
+    return _folded(whole, pairs)
+
+
+def _folded(whole: Expr, pairs: _Pairs) -> Expr:
+    """The expanded sum of monomials with left² = 1 − kept²."""
+    for kept, left in pairs:
+        whole = whole.replace(
+            lambda e, left=left: e.is_Pow and e.base == left and e.exp.is_Integer and e.exp > 1,
+            lambda e, kept=kept, left=left: (1 - kept**2) ** (e.exp // 2) * left ** (e.exp % 2),
+        )
+    return expand(whole)
+
+
+def _quotient(quotient: Expr) -> Expr:
+    """What ``cancel`` gave, in the shorter way to write it."""
+    whole, (above, below) = expand(quotient), fraction(quotient)
+    if below.is_Add and len(Add.make_args(above)) <= _MOST_TERMS:
+        return min(whole, factor(quotient), key=count_ops)
+    return whole
