@@ -19,6 +19,15 @@ SHOWN = {
         "the loop is unstable",
         "1/(2*tau)",
     ],
+    "07_block_diagrams": [
+        "3.14159265358979",  # SIMC: π, 61.35°, 1.59, 2.14 (Skogestad 2003, Table 1)
+        "61.352110243",
+        "1.5904902",
+        "2.14159265358979",
+        "count=2, certified=True",
+        "array([ 0. , -0.5])",  # x' = −x(t − 1) by hand
+        "(0, (1+0j), 0j)",  # the column's integral action
+    ],
 }
 
 

@@ -120,8 +120,13 @@ class Channel:
             smooth=False,
             inputs=self.source,
             outputs=self.target,
-            name=f"{self.source} to {self.target}",
+            name=self.label,
         )
+
+    @property
+    def label(self) -> str:
+        """What plots are to call it."""
+        return f"{self.source} to {self.target}"
 
     def response(
         self,
@@ -226,6 +231,11 @@ class Channel:
 @dataclass(frozen=True)
 class OpenLoop(Channel):
     """L of a return difference 1 + L."""
+
+    @property
+    def label(self) -> str:
+        """What plots are to call it."""
+        return f"L, opened at {self.target}"
 
     def margins(self) -> frequency.Margins:
         """Gain, phase and delay margins, sensitivity peak and all crossings, exact.
