@@ -1,5 +1,6 @@
 """``vsctrl derive``: a feature on the terminal, its source, and the paper's ledger."""
 
+import dataclasses
 import json
 import re
 import subprocess
@@ -142,3 +143,24 @@ def test_help_loads_nothing_heavy():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8")
     assert done.stderr.strip() == "[]" and "FEATURE" in done.stdout
+
+
+def test_the_proofs_run_when_asked(monkeypatch):
+    """Three of them here; tests/derive/test_ledger.py runs all."""
+    few = derive.ledger()[:3]
+    monkeypatch.setattr("vsctrl.derive.ledger", lambda: few)
+    result = call("--ledger", "--prove")
+    assert result.exit_code == 0
+    assert "3 statements: each status below was proved just now." in result.stderr
+
+
+def test_a_proof_that_fails_ends_with_code_1(monkeypatch):
+    wrong = dataclasses.replace(derive.ledger()[1], status="erratum", correction="none")
+    monkeypatch.setattr("vsctrl.derive.ledger", lambda: (wrong,))
+    result = call("--ledger", "--prove")
+    assert result.exit_code == 1 and result.stdout == ""
+    assert result.stderr.startswith("not proved: (1) erratum")
+
+
+def test_there_is_nothing_to_prove_without_the_ledger():
+    assert "give --ledger as well" in sentence("point", "--prove")

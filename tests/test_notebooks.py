@@ -19,6 +19,14 @@ SHOWN = {
         "the loop is unstable",
         "1/(2*tau)",
     ],
+    "02_interaction_matrices": [
+        "[-1/z,    0, X/z,      X*Y, -X**2 - 1,  Y]",  # Chaumette and Hutchinson 2006, eq. 11
+        "[-A*a, -B*a, a*(3*A*x_g + 3*B*y_g + 2*C), 3*a*y_g, -3*a*x_g, 0]",  # Chaumette 2004
+        "array([[0., 0., 0., 1., 0., 0.]",  # θu at the goal
+        "True",  # the user's own feature against finite differences
+        "[-F_x*V_x/z_0]",
+        "F_x*omega*(d_z*z_0 - x_0**2 - z_0**2)/z_0**2",
+    ],
     "07_block_diagrams": [
         "3.14159265358979",  # SIMC: π, 61.35°, 1.59, 2.14 (Skogestad 2003, Table 1)
         "61.352110243",

@@ -133,6 +133,20 @@ def scenario(name: str) -> None:
     click.echo(paper.preset(name).to_toml(), nl=False)
 
 
+def _prove() -> None:
+    """Run every proof of the ledger; ends the program with exit code 1 where one fails."""
+    from tqdm import tqdm
+
+    from vsctrl.derive import ledger
+
+    failed = [c for c in tqdm(ledger(), "proving", leave=False, disable=None) if not c.proof()]
+    if failed:
+        for claim in failed:
+            click.echo(f"not proved: {claim}", err=True)
+        raise SystemExit(1)
+    click.echo(f"{len(ledger())} statements: each status below was proved just now.", err=True)
+
+
 @main.command()
 @click.argument("feature", required=False)
 @click.option(
@@ -144,6 +158,7 @@ def scenario(name: str) -> None:
 @click.option("--pixels", is_flag=True, help="In pixels from the principal point, as in eq. 15.")
 @click.option("--list", "listed", is_flag=True, help="Print the features that have a name.")
 @click.option("--ledger", is_flag=True, help="Print what became of the paper's equations.")
+@click.option("--prove", is_flag=True, help="Run the ledger's proofs, some ten seconds.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def derive(
     feature: str | None,
@@ -151,6 +166,7 @@ def derive(
     pixels: bool,
     listed: bool,
     ledger: bool,
+    prove: bool,
     as_json: bool,
 ) -> None:
     """The interaction matrix of a FEATURE: its arguments and L, or its source code."""
@@ -158,8 +174,12 @@ def derive(
         raise InputError("derive: give the name of a feature, or --list, or --ledger, one of them.")
     if feature is None and (language is not None or pixels):
         raise InputError("derive: --emit and --pixels are for a feature; name one, as in --list.")
+    if prove and not ledger:
+        raise InputError("derive: --prove runs the proofs of the ledger; give --ledger as well.")
     from vsctrl.derive import catalogue
 
+    if prove:
+        _prove()
     found: Any
     if ledger:
         found = catalogue.ledger_data() if as_json else catalogue.ledger_text()

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from vsctrl import __version__, paper
+from vsctrl.derive import ledger
 
 VOID = {"area", "base", "br", "col", "embed", "hr", "img", "input", "link", "meta", "source", "wbr"}
 LINKS = {"href", "xlink:href", "src", "srcset", "action", "formaction", "data", "poster", "cite"}
@@ -227,3 +228,9 @@ def test_mathml_keeps_the_case_of_every_name():
     for name in ("L", "T", "S", "Z", "K", "k"):
         assert f"<mi>{name}</mi>" in text
     assert "<mi>l</mi>" not in text
+
+
+def test_the_page_lists_every_statement_of_the_paper(text):
+    body = Page(text("slide")).body
+    assert "V = −ω r̃ d, d from the camera to the axis" in body
+    assert f"All {len(ledger())} statements" in body

@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 
 from vsctrl import __version__, paper
+from vsctrl.derive import ledger
 from vsctrl.report.data import ReportData
 from vsctrl.servo import Scenario
 
@@ -157,3 +158,13 @@ def test_no_limit_is_null(data):
     assert found["limits"]["sampled"] == pytest.approx(50.0)
     assert found["pade"] == [] and len(found["tracking"]) == 4
     assert found["verdict"]["kind"] == "good"
+
+
+def test_the_ledger_in_the_file_is_that_of_the_derivations(data):
+    rows = data("slide")["ledger"]
+    assert [(r["equation"], r["status"]) for r in rows] == [
+        (claim.equation, claim.status) for claim in ledger()
+    ]
+    # What the paper prints in section 3.2 against what its own equation (17) needs.
+    (sign,) = [r for r in rows if r["equation"] == "(17) V"]
+    assert sign["status"] == "erratum" and "−ω r̃ d" in sign["correction"]

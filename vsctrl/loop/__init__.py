@@ -25,8 +25,6 @@ from vsctrl.loop.tracking import (
 )
 from vsctrl.loop.variants import pi, preview, previewed_feedforward, smith
 
-tracking_errors = steady_error  #: what `tracking_error` is for figure 1, of any diagram
-
 __all__ = [
     "ErrorConstants",
     "Placement",
@@ -61,6 +59,5 @@ __all__ = [
     "steady_lag",
     "step_response",
     "tracking_error",
-    "tracking_errors",
     "tracking_transfer",
 ]

@@ -13,6 +13,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 import vsctrl
+from vsctrl.derive import ledger
 from vsctrl.report.verdict import Verdict
 from vsctrl.study import Comparison, Examination, Row, Stability
 
@@ -99,6 +100,16 @@ class TrackingRow(_Table):
     note: str
 
 
+class ClaimRow(_Table):
+    """One statement of the paper, and what became of it."""
+
+    equation: str = Field(description="its number, or what it is about")
+    section: str
+    status: Literal["holds", "erratum", "ambiguous", "conditional"]
+    statement: str = Field(description="as the paper has it")
+    correction: str = Field(description="the corrected form or the condition; empty if it holds")
+
+
 class ReportData(_Table):
     """The whole of ``report.json``."""
 
@@ -111,6 +122,7 @@ class ReportData(_Table):
     readings: tuple[ReadingTable, ...]
     pade: tuple[PadeTable, ...]
     tracking: tuple[TrackingRow, ...]
+    ledger: tuple[ClaimRow, ...]
 
     def text(self) -> str:
         """The file's text."""
@@ -151,6 +163,10 @@ def report_data(found: Examination, verdict: Verdict) -> ReportData:
             for p in found.stability.pade
         ),
         tracking=_tracking(found.comparison),
+        ledger=tuple(
+            ClaimRow(**{name: getattr(claim, name) for name in ClaimRow.model_fields})
+            for claim in ledger()
+        ),
     )
 
 

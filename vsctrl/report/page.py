@@ -9,6 +9,7 @@ from __future__ import annotations
 import html
 import platform
 import re
+from collections import Counter
 from importlib.metadata import version
 from typing import Any
 
@@ -18,6 +19,7 @@ import sympy as sp
 from markupsafe import Markup
 
 from vsctrl import loop
+from vsctrl.derive import ledger
 from vsctrl.report import plots
 from vsctrl.report.verdict import Verdict
 from vsctrl.study import Examination
@@ -49,6 +51,8 @@ def page(found: Examination, verdict: Verdict, command: str) -> str:
         diagram=Markup(_diagram(found)),
         formulas=_formulas(found),
         figures=_figures(found),
+        claims=ledger(),
+        counts=Counter(claim.status for claim in ledger()),
         command=command,
         versions=[("Python", platform.python_version())] + [(p, version(p)) for p in _PACKAGES],
     )
