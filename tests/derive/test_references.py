@@ -65,7 +65,7 @@ def test_section_4_2(cube):
     depth = x_0 * S + (z_0 - d_z) * C + d_z
     expected = Matrix([(x_0 * C - (z_0 - d_z) * S) / depth * F_x, y_0 / depth * F_y])
     assert simplify(cube.s - expected) == zeros(2, 1)
-    assert Matrix([-omega * d_z, 0, 0]).as_immutable() == cube.V
+    assert Matrix([-omega * d_z, 0, 0, 0, omega, 0]).as_immutable() == cube.twist
 
 
 def test_derivative_of_section_4_2_in_starred_coordinates(cube):
@@ -103,7 +103,7 @@ def test_rotation_is_the_screw_of_its_velocity(vanishes):
     d = (d_x, d_y, d_z)
     turn = rotation_reference(Point(PIXELS), d=d, omega=omega, r=r)
     same = reference(Point(PIXELS), V=-omega * Matrix(r).cross(Matrix(d)), omega=omega, r=r)
-    assert (turn.V - same.V).expand() == zeros(3, 1)
+    assert (turn.twist - same.twist).expand() == zeros(6, 1)
     assert all(vanishes(entry) for entry in turn.points[0] - same.points[0])
 
 

@@ -33,9 +33,11 @@ from vsctrl.derive.poses import PoseFeature, ThetaU, Translation
 from vsctrl.derive.references import (
     Reference,
     reference,
+    reference_along,
     rotation_reference,
     translation_reference,
 )
+from vsctrl.derive.sets import FeatureSet, copies, together
 
 __all__ = [
     "NORMALISED",
@@ -47,6 +49,7 @@ __all__ = [
     "Depth",
     "Ellipse",
     "Feature",
+    "FeatureSet",
     "GravityCentre",
     "Line",
     "LogDepth",
@@ -70,6 +73,7 @@ __all__ = [
     "ThetaU",
     "Translation",
     "VanishingPoint",
+    "copies",
     "emit",
     "emit_servo_kernels",
     "evaluate",
@@ -78,9 +82,11 @@ __all__ = [
     "plane_of",
     "point_motion",
     "reference",
+    "reference_along",
     "rotation",
     "rotation_about",
     "rotation_reference",
     "skew",
+    "together",
     "translation_reference",
 ]

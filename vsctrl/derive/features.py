@@ -9,10 +9,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 
-from sympy import Expr, ImmutableMatrix, Symbol, solve
+from sympy import Expr, ImmutableMatrix, Symbol, nan, oo, solve, zoo
 
 from vsctrl.derive.inputs import vanishes
-from vsctrl.derive.interaction import Coordinates, chain_rule
+from vsctrl.derive.interaction import (
+    Coordinates,
+    chain_rule,
+    differentiated,
+    undifferentiated,
+)
 from vsctrl.derive.shorten import shortened
 from vsctrl.errors import InputError
 
@@ -30,7 +35,8 @@ class Feature:
     two measures for each point they may be left out, and SymPy solves for its x and y. The name
     becomes part of function names.
     Errors: `InputError` when an expression depends on no point and no direction, one of those on
-    no expression, a symbol is undeclared, or measures and places do not belong together.
+    no expression, a symbol is undeclared, an expression is not finite or not differentiable, or
+    measures and places do not belong together. At a kink, as of |x| at 0, L is not finite.
     Source: s of eq. 1 and 15.
     """
 
@@ -48,6 +54,7 @@ class Feature:
             raise InputError(f"The feature name {self.name!r} must be an identifier, like 'point'.")
         self._check_shapes()
         self._check_dependence()
+        self._check_smoothness()
         if self.measures:
             self._check_places()
 
@@ -95,7 +102,7 @@ class Feature:
     @cached_property
     def interaction(self) -> ImmutableMatrix:
         """L by the chain rule, k×6, in the arguments: ∂s/∂(coordinates) times their L."""
-        gradient = ImmutableMatrix(self.expressions).jacobian(self.coordinates)
+        gradient = differentiated(self.expressions, self.coordinates)
         rates = chain_rule(self.coordinates, self.points, self.directions)
         # Written in the arguments, the factors are far shorter than their product.
         gradient, rates = (m.xreplace(self.through_measures) for m in (gradient, rates))
@@ -138,6 +145,11 @@ class Feature:
     def _check_dependence(self) -> None:
         coordinates = set(self.coordinates)
         for expression in self.expressions:
+            if expression.has(nan, oo, -oo, zoo):
+                raise InputError(
+                    f"The expression {expression} of feature {self.name!r} is not finite; it "
+                    "divides by zero wherever the points are."
+                )
             if not expression.free_symbols & coordinates:
                 raise InputError(
                     f"The expression {expression} of feature {self.name!r} depends on no point; "
@@ -158,8 +170,26 @@ class Feature:
                 "parameters or points."
             )
 
+    def _check_smoothness(self) -> None:
+        for expression in self.expressions:
+            rough = undifferentiated(differentiated([expression], self.coordinates))
+            if rough is not None:
+                raise InputError(
+                    f"The expression {expression} of feature {self.name!r} is not differentiable: "
+                    f"its derivative holds {rough}; write it with smooth functions of the "
+                    "coordinates."
+                )
+
     def _check_places(self) -> None:
         """The places must give back the measures, and use nothing that is not known."""
+        measured = [symbol.name for symbol, _ in self.measures]
+        others = {symbol.name for symbol in (*self.coordinates, *self.parameters)}
+        twice = sorted({n for n in measured if n in others or measured.count(n) > 1})
+        if twice:
+            raise InputError(
+                f"Feature {self.name!r} uses {', '.join(twice)} for a measure and for something "
+                "else; measures, coordinates and parameters need distinct names."
+            )
         placed = self.through_measures
         foreign = set(placed) - set(self.coordinates)
         used = set[Symbol]().union(*(e.free_symbols for e in placed.values()))
@@ -171,7 +201,7 @@ class Feature:
                 f"coordinates and parameters; {names} is none of these."
             )
         for measure, expression in self.measures:
-            if not vanishes(expression.subs(placed, simultaneous=True) - measure):
+            if not vanishes(expression - measure, placed):
                 raise InputError(
                     f"With its places, feature {self.name!r} does not give back its measure "
                     f"{measure}; check the expressions of both."

@@ -4,7 +4,7 @@ The module exists so that a bad value ends in a sentence and never inside SymPy.
 from the values is left to the other modules.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any, TypeAlias
 
@@ -13,7 +13,7 @@ from sympy import (
     Float,
     ImmutableMatrix,
     N,
-    Rational,
+    Symbol,
     SympifyError,
     nan,
     oo,
@@ -84,19 +84,27 @@ def axis(r: Vector) -> ImmutableMatrix:
     return column
 
 
-def vanishes(expression: Expr) -> bool:
-    """Whether an expression is zero, tried at two places in general position to 30 digits.
+def vanishes(
+    expression: Expr, places: Mapping[Symbol, Expr] | None = None, within: str = "1e-20"
+) -> bool:
+    """Whether an expression is zero, tried at two places in general position in 60 digits.
 
-    Symbols that are positive or real stay so; what is zero only under further conditions, as an
-    angle that wraps round, must not be at these places: they are small.
+    ``places`` say what some of its symbols stand for, and ``within`` which size counts as zero,
+    more than the default where there are doubles. Symbols that are positive or real stay so; what
+    is zero only under further conditions, as an angle that wraps round, must not be at these
+    places: they are small.
     """
-    symbols = sorted(expression.free_symbols, key=str)
+    placed = {s: e for s, e in (places or {}).items() if s in expression.free_symbols}
+    free = expression.free_symbols.union(*(e.free_symbols for e in placed.values())) - set(placed)
+    symbols = sorted(free, key=str)
     for shift in (0, 1):
-        values = {
-            symbol: Rational(2 * PRIMES[(i + shift) % len(PRIMES)] + 1, 250)
+        values: dict[Symbol, Expr] = {
+            symbol: Float(2 * PRIMES[(i + shift) % len(PRIMES)] + 1, 60) / 250
             for i, symbol in enumerate(symbols)
         }
-        size = N(expression.subs(values, simultaneous=True), 30, maxn=60)
-        if not size.is_number or not abs(size) < Float("1e-20", 30):
+        # Of decimals, not of fractions, whose roots and sines SymPy takes long to ponder.
+        values |= {s: N(e.xreplace(values), 60) for s, e in placed.items()}
+        size = N(expression.xreplace(values), 30)
+        if not size.is_number or not abs(size) < Float(within, 30):
             return False
     return True

@@ -2,13 +2,26 @@
 
 The module holds the kinematics that every derivation starts from, how a point and a direction move
 in the frame of a moving camera, and the chain rule over them. Features that are no functions of
-points bring their own derivation: see ``primitives`` and ``moments``.
+points bring their own derivation: see ``contours`` and ``moments``.
 """
 
 from collections.abc import Iterable, Sequence
 from typing import Protocol
 
-from sympy import Expr, ImmutableMatrix, Symbol
+from sympy import (
+    Abs,
+    Derivative,
+    DiracDelta,
+    Expr,
+    Heaviside,
+    ImmutableMatrix,
+    Max,
+    Min,
+    Subs,
+    Symbol,
+    sign,
+)
+from sympy.core.function import AppliedUndef
 
 from vsctrl.derive.motion import skew
 from vsctrl.errors import InputError
@@ -56,13 +69,34 @@ def chain_rule(
     Source: eq. 3 with the kinematic equation p' = −V − Ω × p above eq. 11; a direction does not
     feel V.
     """
-    s = ImmutableMatrix(expressions)
-    L = ImmutableMatrix.zeros(s.rows, 6)
+    L = ImmutableMatrix.zeros(len(expressions), 6)
     for point in points:
-        L += s.jacobian(ImmutableMatrix(point)) * point_velocity(point)
+        L += differentiated(expressions, point) * point_velocity(point)
     for direction in directions:
-        L += s.jacobian(ImmutableMatrix(direction)) * direction_velocity(direction)
+        L += differentiated(expressions, direction) * direction_velocity(direction)
     return L
+
+
+def differentiated(expressions: Sequence[Expr], by: Sequence[Symbol]) -> ImmutableMatrix:
+    """∂s/∂(coordinates), with quotients that are 0/0 at a kink, where SymPy has sign(0) = 0."""
+    s = ImmutableMatrix(expressions)
+    if s.has(Max, Min):  # (a + b ± |a − b|)/2, which every language has
+        s = s.replace(lambda e: isinstance(e, Max | Min), lambda e: e.rewrite(Abs))
+    gradient = s.jacobian(by)
+    if gradient.has(sign):
+        gradient = gradient.replace(sign, lambda u: u / Abs(u))
+    if gradient.has(Heaviside):
+        gradient = gradient.replace(Heaviside, lambda u, *_: (1 + u / Abs(u)) / 2)
+    return gradient
+
+
+def undifferentiated(matrix: ImmutableMatrix) -> Expr | None:
+    """What SymPy leaves of the derivative of a function that has none, if there is such.
+
+    That of an undefined function, f(x), has no other form and may stay.
+    """
+    left = matrix.atoms(Derivative, Subs, DiracDelta)
+    return min((e for e in left if not e.atoms(AppliedUndef)), key=str, default=None)
 
 
 def point_velocity(p: Sequence[Expr]) -> ImmutableMatrix:

@@ -24,8 +24,8 @@ from sympy import (
 
 from vsctrl.derive.camera import NORMALISED, Camera
 from vsctrl.derive.contours import x_g, y_g
-from vsctrl.derive.forms import shortest
 from vsctrl.derive.planes import PLANE, Plane, checked, symbols_of, velocity_on
+from vsctrl.derive.shorten import shortest
 from vsctrl.errors import InputError
 from vsctrl.symbols import X, Y
 

@@ -123,10 +123,23 @@ def point_motion(p: Vector, V: Vector, omega: Any, r: Vector, t: Any) -> Immutab
     """
     start, velocity, unit = vector("p", p), vector("V", V), axis(r)
     speed, elapsed = scalar("omega", omega), scalar("t", t)
-    _refuse_varying(elapsed, V=velocity, omega=ImmutableMatrix([speed]), r=unit)
+    require_constant(elapsed, V=velocity, omega=ImmutableMatrix([speed]), r=unit)
     drift = [c.subs({_omega: speed, _t: elapsed}) for c in _integral(not speed.is_zero)]
     angle = S.Zero if speed.is_zero else speed * elapsed
     return _tidy(rotation(unit, angle) * start - _assemble(drift, unit) * velocity, angle)
+
+
+def direction_motion(d: Vector, omega: Any, r: Vector, t: Any) -> ImmutableMatrix:
+    """Coordinates d(t₀ + t), 3×1, of a still direction seen from a camera that turns at ω r.
+
+    d(t) = exp(−ω r̃ t) d: the difference of two points, which V moves alike. Units and errors as in
+    ``point_motion``. Source: eq. 13.
+    """
+    start, unit = vector("d", d), axis(r)
+    speed, elapsed = scalar("omega", omega), scalar("t", t)
+    require_constant(elapsed, omega=ImmutableMatrix([speed]), r=unit)
+    angle = S.Zero if speed.is_zero else speed * elapsed
+    return _tidy(rotation(unit, angle) * start, angle)
 
 
 def rotation_about(p: Vector, d: Vector, omega: Any, r: Vector, t: Any) -> ImmutableMatrix:
@@ -139,7 +152,7 @@ def rotation_about(p: Vector, d: Vector, omega: Any, r: Vector, t: Any) -> Immut
     """
     start, arm, unit = vector("p", p), vector("d", d), axis(r)
     speed, elapsed = scalar("omega", omega), scalar("t", t)
-    _refuse_varying(elapsed, d=arm, omega=ImmutableMatrix([speed]), r=unit)
+    require_constant(elapsed, d=arm, omega=ImmutableMatrix([speed]), r=unit)
     angle = S.Zero if speed.is_zero else speed * elapsed
     arc = _assemble([c.subs({_omega: speed, _t: elapsed}) for c in _arc()], unit)
     return _tidy(rotation(unit, angle) * start + arc * arm, angle)
@@ -150,7 +163,7 @@ def _tidy(matrix: ImmutableMatrix, angle: Expr) -> ImmutableMatrix:
     return matrix.applyfunc(lambda entry: collect(expand(entry), [sin(angle), cos(angle)]))
 
 
-def _refuse_varying(t: Expr, **constants: ImmutableMatrix) -> None:
+def require_constant(t: Expr, **constants: ImmutableMatrix) -> None:
     """Raise InputError when the screw depends on the time: eq. 14 solves for a constant one."""
     for name, value in constants.items():
         shared = value.free_symbols & t.free_symbols

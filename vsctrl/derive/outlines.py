@@ -80,9 +80,10 @@ def SeenCircle(camera: Camera = NORMALISED) -> Outline:
 
 
 def SeenSphere(camera: Camera = NORMALISED) -> Outline:
-    """``contours.Ellipse`` of the sphere of radius R about p (m).
+    """``contours.Ellipse`` of the sphere of radius R about p (m), through any camera.
 
-    D = R² I − p pᵀ. Arguments: p, R, the camera's. Its outline is a circle in ``sphere_plane``.
+    D = R² I − p pᵀ. Arguments: p, R, the camera's; ``points.Sphere`` is the same s with L in the
+    centre of the ellipse and z. Its outline is a circle in ``sphere_plane``.
     Errors: `InputError` for a lens that distorts.
     """
     return _outline("seen_sphere", R**2 * eye(3) - _P * _P.T, camera, parameters=(R,))

@@ -8,7 +8,6 @@ from typing import Any
 
 from sympy import (
     Expr,
-    ImmutableMatrix,
     S,
     Symbol,
     atan2,
@@ -21,6 +20,7 @@ from sympy import (
 
 from vsctrl.derive.camera import NORMALISED, Camera
 from vsctrl.derive.features import Feature
+from vsctrl.derive.outlines import SeenSphere
 from vsctrl.errors import InputError, nearest
 from vsctrl.symbols import X, Y, d_x, d_y, d_z, x, y, z
 
@@ -164,25 +164,21 @@ def VanishingPoint(camera: Camera = NORMALISED, form: str = "xy") -> Feature:
 def Sphere() -> Feature:
     """The elliptic image of a sphere, s = (X, Y, n20, n11, n02): its centre and second moments.
 
-    The tangent cone (p·c)² = (c·c − R²) p·p cut by z = 1; n_ij are its moments about the centre
-    over its area, n20 = (a² cos² + b² sin²)/4 of the semi-axes a, b. Arguments X, Y (centre of the
-    ellipse, normalised), z (depth of the sphere's centre, m) and R (radius, m). Singular at z = R,
-    where the sphere touches the plane of the camera; of the five only three are independent.
+    The same s as ``outlines.SeenSphere``, with L in what the image shows and z instead of x, y, z:
+    n20 = (a² cos² + b² sin²)/4 of the semi-axes a, b. Arguments X, Y (centre of the ellipse,
+    normalised), z (depth of the sphere's centre, m) and R (radius, m). Singular at z = R, where
+    the sphere touches the plane of the camera; of the five only three are independent.
     Source: ViSP's vpFeatureEllipse of a vpSphere; Chaumette, Image moments, 2004.
     """
-    radius = Symbol("R", positive=True)
-    c, beyond = ImmutableMatrix([x, y, z]), z**2 - radius**2
-    # The lines l that touch the outline are planes that touch the sphere: l·D l = 0. Of an ellipse
-    # with the centre g and the moments n, in g = (X, Y, 1), D is a multiple of g gᵀ − 4 n.
-    dual = (c * c.T - radius**2 * ImmutableMatrix.eye(3)) / beyond
-    centre = dual[:2, 2]
-    n = (centre * centre.T - dual[:2, :2]) / 4
+    seen = SeenSphere()
+    (radius,) = seen.parameters
+    beyond = z**2 - radius**2
     return Feature(
         "sphere",
-        (*centre, n[0, 0], n[0, 1], n[1, 1]),
-        points=((x, y, z),),
-        parameters=(radius,),
-        measures=((X, centre[0]), (Y, centre[1])),
+        seen.expressions,
+        points=seen.points,
+        parameters=seen.parameters,
+        measures=tuple(zip((X, Y), seen.expressions[:2], strict=True)),
         places=((x, X * beyond / z), (y, Y * beyond / z)),
     )
 

@@ -5,8 +5,8 @@ takes coordinates in c into coordinates in cd. All are still but c, so seen from
 others move as directions do and their origins as points.
 """
 
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, cached_property
 
 from sympy import (
     Dummy,
@@ -15,6 +15,7 @@ from sympy import (
     ImmutableMatrix,
     Piecewise,
     Symbol,
+    atan2,
     cancel,
     collect,
     cos,
@@ -45,12 +46,18 @@ _whole, _half, _k = Dummy("sinc"), Dummy("sinc_half"), Dummy("k")
 
 
 @dataclass(frozen=True)
-class PoseFeature:
-    """A feature of a pose: its name, the symbols in which L is written, and L, k×6."""
+class PoseFeature(Feature):
+    """A feature of a rotation with L, k×6, as ``_theta_u_interaction`` has it, regular at θ = 0.
 
-    name: str
-    arguments: tuple[Symbol, ...]
-    interaction: ImmutableMatrix = field(repr=False)
+    ``rotation`` says of which. The chain rule over the axes would divide by sin θ.
+    """
+
+    rotation: str = "cdRc"
+
+    @cached_property
+    def interaction(self) -> ImmutableMatrix:
+        """L in θu, 3×6."""
+        return _theta_u_interaction(self.rotation)
 
 
 def ThetaU(rotation: str = "cdRc") -> PoseFeature:
@@ -58,12 +65,26 @@ def ThetaU(rotation: str = "cdRc") -> PoseFeature:
 
     L = [0 | L_ω], L_ω = ±I + (θ/2)[u]× ± (1 − sinc θ/sinc²(θ/2))[u]×², the upper sign for
     ``rotation`` "cdRc", the lower for "cRcd". Arguments thetau_x, thetau_y, thetau_z (rad). Regular
-    at θ = 0, where L_ω = ±I, and at θ = π, where u may jump to −u; singular at θ = 2π.
+    at θ = 0, where L_ω = ±I, and at θ = π, where u may jump to −u; singular at θ = 2π. Of the axes
+    of cd seen from c, which a reference is written in, s is the axial vector of R over sinc θ, with
+    sin θ its length and cos θ = (tr R − 1)/2; there ds*/dt is singular at θ = 0 and π.
     Errors: `InputError` for another rotation. Source: ViSP's vpFeatureThetaU; Malis, Chaumette and
     Boudet, 2½-D visual servoing, 1999.
     """
     _require("rotation", rotation, _ROTATIONS)
-    return PoseFeature(f"theta_u_{rotation}", _THETA_U, _theta_u_interaction(rotation))
+    axes = _axes()
+    cosine, *axial = _cos_and_axial(axes, rotation)
+    sine = sqrt(sum(entry**2 for entry in axial))
+    s = tuple(entry / sinc(atan2(sine, cosine)) for entry in axial)
+    solved = _rodrigues() if rotation == "cdRc" else _rodrigues().T
+    return PoseFeature(
+        f"theta_u_{rotation}",
+        s,
+        directions=axes,
+        measures=tuple(zip(_THETA_U, s, strict=True)),
+        places=_axis_places(axes, solved),
+        rotation=rotation,
+    )
 
 
 def Translation(frame: str = "cdtc") -> Feature:
@@ -81,8 +102,8 @@ def Translation(frame: str = "cdtc") -> Feature:
     # cdtc = −cdRc ctcd; the rows of cdRc are the axes of cd seen from c.
     origin: Coordinates = symbols("o_x o_y o_z", real=True)
     cdRc, axes = _rodrigues(), _axes()
+    solved = zip(origin, -cdRc.T * ImmutableMatrix(_T), strict=True)
     s = tuple(-ImmutableMatrix(axis).dot(ImmutableMatrix(origin)) for axis in axes)
-    places = [(axes[i][j], cdRc[i, j]) for i in range(3) for j in range(3)]
     return Feature(
         "translation_cdtc",
         s,
@@ -90,7 +111,7 @@ def Translation(frame: str = "cdtc") -> Feature:
         directions=axes,
         parameters=_THETA_U,
         measures=tuple(zip(_T, s, strict=True)),
-        places=(*places, *zip(origin, -cdRc.T * ImmutableMatrix(_T), strict=True)),
+        places=(*_axis_places(axes, cdRc), *solved),
     )
 
 
@@ -108,18 +129,31 @@ def _axes() -> tuple[Coordinates, ...]:
     return tuple(symbols(f"a_{i}x a_{i}y a_{i}z", real=True) for i in "xyz")
 
 
-@cache
-def _theta_u_interaction(rotation: str) -> ImmutableMatrix:
-    """L by the chain rule from cos θ = (tr R − 1)/2 and sin θ u = vex R = the axial vector of R.
+def _axis_places(
+    axes: tuple[Coordinates, ...], cdRc: ImmutableMatrix
+) -> tuple[tuple[Symbol, Expr], ...]:
+    """The axes as the rows of cdRc."""
+    return tuple((axes[i][j], cdRc[i, j]) for i in range(3) for j in range(3))
 
-    θu is θ/sin θ times the second, so (θu)' = (θ/sin θ) (vex R)' + (θ/sin θ)' sin θ u.
-    """
-    axes, solved = _axes(), turn(_U, -_theta)
+
+def _cos_and_axial(axes: tuple[Coordinates, ...], rotation: str) -> tuple[Expr, Expr, Expr, Expr]:
+    """cos θ = (tr R − 1)/2 and sin θ u, the axial vector of R, of cdRc or cRcd."""
     cdRc = ImmutableMatrix(axes)
     R = cdRc if rotation == "cdRc" else cdRc.T
-    vex = [(R[2, 1] - R[1, 2]) / 2, (R[0, 2] - R[2, 0]) / 2, (R[1, 0] - R[0, 1]) / 2]
-    rates = chain_rule([(R.trace() - 1) / 2, *vex], (), axes).subs(
-        dict(zip(R, solved, strict=True))
+    a, b, c = ((R[i, j] - R[j, i]) / 2 for i, j in ((2, 1), (0, 2), (1, 0)))
+    return (R.trace() - 1) / 2, a, b, c
+
+
+@cache
+def _theta_u_interaction(rotation: str) -> ImmutableMatrix:
+    """L by the chain rule from cos θ and v = sin θ u, the axial vector of R.
+
+    θu is θ/sin θ times the second, so (θu)' = (θ/sin θ) v' + (θ/sin θ)' sin θ u.
+    """
+    axes, turned = _axes(), turn(_U, -_theta)
+    solved = turned if rotation == "cdRc" else turned.T
+    rates = chain_rule(_cos_and_axial(axes, rotation), (), axes).subs(
+        dict(_axis_places(axes, solved))
     )
     ratio = _theta / sin(_theta)
     theta_rate = -rates[0, :] / sin(_theta)

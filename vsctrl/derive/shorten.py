@@ -2,7 +2,7 @@
 
 SymPy's ``cancel`` knows no relation between cos and sin, and its ``simplify`` takes seconds. What
 places put into a chain rule are rational functions of symbols, cos and sin, and roots of those, for
-which one relation is enough.
+which one relation is enough. Every derivation ends in ``shortest``.
 """
 
 from collections.abc import Sequence
@@ -11,6 +11,7 @@ from sympy import (
     Add,
     Dummy,
     Expr,
+    Poly,
     Pow,
     Symbol,
     cancel,
@@ -18,11 +19,12 @@ from sympy import (
     count_ops,
     expand,
     factor,
+    factor_terms,
     fraction,
     sin,
 )
 
-# Factors of longer sums are rarely worth the time.
+# Factors of longer sums are rarely there, and never found at once.
 _MOST_TERMS = 12
 
 _Pairs = Sequence[tuple[Symbol, Symbol]]
@@ -55,7 +57,7 @@ def _reduced(entry: Expr, pairs: _Pairs) -> Expr:
     if any(power.base.is_Add and power.exp.is_negative for power in whole.atoms(Pow)):
         quotient = cancel(entry)
         above, below = (_folded(part, pairs) for part in fraction(quotient))
-        return _quotient(cancel(above / below) if pairs else quotient)
+        return shortest(cancel(above / below) if pairs else quotient)
     return _folded(whole, pairs)
 
 
@@ -69,9 +71,28 @@ def _folded(whole: Expr, pairs: _Pairs) -> Expr:
     return expand(whole)
 
 
-def _quotient(quotient: Expr) -> Expr:
-    """What ``cancel`` gave, in the shorter way to write it."""
-    whole, (above, below) = expand(quotient), fraction(quotient)
-    if below.is_Add and len(Add.make_args(above)) <= _MOST_TERMS:
-        return min(whole, factor(quotient), key=count_ops)
-    return whole
+def shortest(quotient: Expr, linear: Sequence[Symbol] = ()) -> Expr:
+    """A quotient, as ``cancel`` leaves it, in the shortest of the forms that are cheap to find.
+
+    Forms are factors, a sum over the ``linear`` symbols with factors as coefficients, the sum of
+    single quotients and the quotient as it is; of equals the first.
+    """
+    above, below = fraction(quotient)
+    below = factor(below)
+    candidates = [_factored(above) / below]
+    linear = [symbol for symbol in linear if above.has(symbol)]
+    if linear:
+        candidates.append(factor_terms(Add(*_terms(above, linear))) / below)
+    return min((*candidates, expand(quotient), quotient), key=count_ops)
+
+
+def _terms(polynomial: Expr, linear: Sequence[Symbol]) -> list[Expr]:
+    """The terms of a polynomial in the ``linear`` symbols, each with its coefficient factored."""
+    return [
+        _factored(coefficient) * Poly({powers: 1}, *linear).as_expr()
+        for powers, coefficient in Poly(polynomial, *linear).terms()
+    ]
+
+
+def _factored(polynomial: Expr) -> Expr:
+    return factor(polynomial) if len(Add.make_args(polynomial)) <= _MOST_TERMS else polynomial

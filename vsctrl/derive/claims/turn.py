@@ -249,7 +249,7 @@ def distance() -> Evidence:
 )
 def combined() -> Evidence:
     """The screw of the reference, T* = (−ωd, 0, 0, 0, ω, 0): −32 mm/s and 0.04 rad/s."""
-    found = ImmutableMatrix([*turn().V, *(turn().omega * turn().r)])
+    found = turn().twist
     speed = found[0].subs({omega: Rational(4, 100), d_z: Rational(8, 10)})
     expected = ImmutableMatrix([-omega * d_z, 0, 0, 0, omega, 0])
     return Evidence(printed=[found - expected, speed + Rational(32, 1000)])
