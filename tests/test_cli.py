@@ -119,6 +119,12 @@ def test_a_printed_scenario_loads_again(here, arguments):
     assert Scenario.from_toml(result.stdout) == paper.sliding()
 
 
+def test_the_schema_of_scenarios_is_json_that_knows_every_table():
+    schema = json.loads(call("scenario", "--schema").stdout)
+    assert schema["required"] == ["camera", "target", "start", "motion", "law", "vision"]
+    assert "Lam" not in schema and "lam" in schema["$defs"]["LawTable"]["properties"]
+
+
 @pytest.mark.parametrize("name", ["slidin", "../etc/passwd", ""])
 def test_an_unknown_scenario_lists_the_known_ones(name):
     assert_sentence(call("scenario", name), "scenario: ", "sliding")

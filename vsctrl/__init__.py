@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from vsctrl import derive as derive
     from vsctrl import loop as loop
     from vsctrl import paper as paper
+    from vsctrl import study as study
     from vsctrl.diagram import Block as Block
     from vsctrl.diagram import Diagram as Diagram
     from vsctrl.diagram import Exponential as Exponential
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from vsctrl.servo import Scenario as Scenario
     from vsctrl.servo import simulate as simulate
     from vsctrl.study import validate as validate
+    from vsctrl.study import validate_all as validate_all
 
 _HOME = {
     "Block": "vsctrl.diagram",
@@ -49,9 +51,10 @@ _HOME = {
     "per_sample": "vsctrl.loop",
     "simulate": "vsctrl.servo",
     "validate": "vsctrl.study",
+    "validate_all": "vsctrl.study",
     "write_report": "vsctrl.report",
 }
-_ROOMS = ("derive", "loop", "paper")
+_ROOMS = ("derive", "loop", "paper", "study")
 
 __all__ = [*_HOME, *_ROOMS]
 __version__ = metadata.version("vsctrl")

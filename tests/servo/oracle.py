@@ -48,18 +48,27 @@ def interaction(scenario, image, depths):
     return np.stack(columns, axis=1)
 
 
-def run(scenario):
-    """Lists of (pose, lag, error, measured error, twist), one entry a frame."""
-    Ts, N = scenario.vision.period, round(scenario.motion.duration / scenario.vision.period)
+def screw(scenario):
+    """Time → pose and twist of a constant twist."""
+    T = np.array([*scenario.motion.V, *scenario.motion.Omega])
+    return lambda t: (start_pose(scenario) @ expm(hat(T) * t), T)
+
+
+def run(scenario, motion=None):
+    """Lists of (pose, lag, error, measured error, twist), one entry a frame.
+
+    motion: time → pose and twist of the reference, a constant twist if None.
+    """
+    motion = motion or screw(scenario)
+    Ts, N = scenario.vision.period, int(scenario.motion.duration / scenario.vision.period + 1e-6)
     d = round(scenario.vision.latency / Ts)
     law, rho = scenario.law, scenario.law.depth_ratio
-    T_ref = np.array([*scenario.motion.V, *scenario.motion.Omega])
     rng = np.random.default_rng(scenario.vision.seed)
     noise = scenario.vision.noise_px * rng.standard_normal((N + 1, 2 * len(scenario.target.points)))
 
     @cache
     def reference(k):
-        pose = start_pose(scenario) @ expm(hat(T_ref) * k * Ts)
+        pose, _ = motion(k * Ts)
         p = see(scenario, pose)
         return pose, project(scenario, p), p[:, 2]
 
@@ -90,7 +99,7 @@ def run(scenario):
                 "desired": L_desired,
                 "mean": (L_current + L_desired) / 2,
             }[law.interaction]
-        ds = interaction(scenario, s_ref, Z_ref) @ T_ref
+        ds = interaction(scenario, s_ref, Z_ref) @ motion(k * Ts)[1]
         C = np.linalg.pinv(L_hat)
         commands.append(-law.lam * C @ e + law.k_ff * C @ ds)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vsctrl.servo.camera import NEAREST, Camera
 from vsctrl.servo.pose import exp
-from vsctrl.servo.trajectory import ConstantScrew
+from vsctrl.servo.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 Problem = tuple[str, str]
@@ -29,21 +29,24 @@ def count_frames(duration: float, period: float) -> int:
     return math.floor(duration / period + WHOLE)
 
 
-def frame_problems(duration: float, period: float, points: int) -> Iterator[Problem]:
-    """Sentences about a number of frames that is zero or absurd (s, s, count)."""
+def frame_problems(
+    duration: float, period: float, points: int, field: str = "motion.duration"
+) -> Iterator[Problem]:
+    """Sentences about a number of frames that is zero or absurd (s, s, count; the key to blame)."""
+    word = field.rpartition(".")[2]
     frames = count_frames(duration, period)
     if frames < 1:
         yield (
-            "motion.duration",
+            field,
             f"{duration:g} s is shorter than one video period of {period:g} s; "
-            "lengthen the duration or shorten vision.period",
+            f"lengthen the {word} or shorten vision.period",
         )
     elif frames > MOST_FRAMES or frames * points > MOST_POINT_FRAMES:
         yield (
-            "motion.duration",
+            field,
             f"{duration:g} s at a video period of {period:g} s are {frames} frames of {points} "
             f"points; the limit is {MOST_FRAMES} frames and {MOST_POINT_FRAMES} points in all, "
-            "so shorten the duration or lengthen vision.period",
+            f"so shorten the {word} or lengthen vision.period",
         )
 
 
@@ -69,20 +72,21 @@ def start_problems(points: Array, position: Array, oTc0: Array, offset: Array) -
         )
 
 
-def path_problems(points: Array, reference: ConstantScrew, t: Array) -> Iterator[Problem]:
+def path_problems(
+    points: Array, reference: Trajectory, t: Array, field: str = "motion"
+) -> Iterator[Problem]:
     """A sentence about the first frame of the reference with a point not in front of the camera.
 
-    points: (n, 3) in m; t: (n_frames,) in s.
+    points: (n, 3) in m; t: (n_frames,) in s; field: the key to blame.
     """
     depths = _depths(reference.pose(t), points)
-    hidden = np.flatnonzero(depths.min(axis=-1) <= NEAREST)
+    hidden = np.flatnonzero(~(depths.min(axis=-1) > NEAREST))  # NaN is hidden too
     if hidden.size:
         k = int(hidden[0])
-        yield (
-            "motion.V",
-            f"at t = {t[k]:g} s of the reference {_behind(depths[k])}; shorten motion.duration or "
-            "choose another V or Omega",
-        )
+        remedy = "motion.duration or choose another V or Omega"
+        if field != "motion.V":
+            remedy = "the motion or choose another one"
+        yield (field, f"at t = {t[k]:g} s of the reference {_behind(depths[k])}; shorten {remedy}")
 
 
 def _depths(oTc: Array, points: Array) -> Array:

@@ -9,6 +9,8 @@ left to ``feasible``.
 import math
 import numbers
 from collections.abc import Callable, Iterable
+from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from vsctrl.errors import InputError, nearest
 LARGEST = 1e9
 SMALLEST = 1 / LARGEST
 
+T = TypeVar("T")
 Vector3 = tuple[float, float, float]
 
 
@@ -116,15 +119,61 @@ def vector(length: int) -> Callable[[object], tuple[float, ...]]:
         entries = _entries(value, f"write {length} numbers in brackets")
         if len(entries) != length:
             raise ValueError(f"{show(value)} has {len(entries)} entries; give {length} numbers")
-        out = []
-        for position, entry in enumerate(entries, start=1):
-            try:
-                out.append(number(entry))
-            except ValueError as error:
-                raise ValueError(f"entry {position}: {error}") from None
-        return tuple(out)
+        return _each(entries, number, "entry")
 
     return check
+
+
+def direction(length: int) -> Callable[[object], tuple[float, ...]]:
+    """A check for a list of ``length`` numbers that are not all zero."""
+    check = vector(length)
+
+    def checked(value: object) -> tuple[float, ...]:
+        out = check(value)
+        if not any(out):
+            raise ValueError(f"{show(value)} points nowhere; give at least one entry a value")
+        return out
+
+    return checked
+
+
+def positives(length: int) -> Callable[[object], tuple[float, ...]]:
+    """A check for a list of ``length`` numbers above zero."""
+    check = vector(length)
+    return lambda value: _each(check(value), positive, "entry")
+
+
+def times(value: object) -> tuple[float, ...]:
+    """A list of times above 0 that increase."""
+    out = _each(_entries(value, "write a list of times in s"), positive, "entry")
+    if not out:
+        raise ValueError("no times; give at least one")
+    for position, (before, after) in enumerate(pairwise(out), start=2):
+        if after <= before:
+            raise ValueError(
+                f"entry {position}: {after:g} s does not come after {before:g} s; sort them"
+            )
+    return out
+
+
+def rows(value: object) -> tuple[tuple[float, ...], ...]:
+    """A list of at least one row of three numbers."""
+    out = _each(_entries(value, "write a list of rows of 3 numbers"), vector(3), "row")
+    if not out:
+        raise ValueError("no rows; give at least one")
+    return out
+
+
+def maybe(check: Callable[[object], T]) -> Callable[[object], T | None]:
+    """A check that lets None pass, which is a key left out."""
+    return lambda value: None if value is None else check(value)
+
+
+def switch(value: object) -> bool:
+    """true or false."""
+    if not isinstance(value, bool | np.bool_):
+        raise ValueError(f"{show(value)} is neither true nor false; write one of them, no quotes")
+    return bool(value)
 
 
 def points(value: object) -> tuple[tuple[float, ...], ...]:
@@ -135,13 +184,7 @@ def points(value: object) -> tuple[tuple[float, ...], ...]:
             f"too few points ({len(entries)}); give at least 3, because fewer cannot hold six "
             "degrees of freedom"
         )
-    check, out = vector(3), []
-    for position, entry in enumerate(entries, start=1):
-        try:
-            out.append(check(entry))
-        except ValueError as error:
-            raise ValueError(f"point {position}: {error}") from None
-    return tuple(out)
+    return _each(entries, vector(3), "point")
 
 
 def choice(*names: str) -> Callable[[object], str]:
@@ -155,6 +198,17 @@ def choice(*names: str) -> Callable[[object], str]:
         raise ValueError(f"{show(value)} is not one of {words}; choose one of these{hint}")
 
     return check
+
+
+def _each(entries: Iterable[object], check: Callable[[object], T], word: str) -> tuple[T, ...]:
+    """All entries checked; the sentence about a bad one begins with its place, from 1."""
+    out: list[T] = []
+    for position, entry in enumerate(entries, start=1):
+        try:
+            out.append(check(entry))
+        except ValueError as error:
+            raise ValueError(f"{word} {position}: {error}") from None
+    return tuple(out)
 
 
 def _entries(value: object, remedy: str) -> list[object]:

@@ -126,6 +126,17 @@ def adjoint(oTc: ArrayLike) -> Array:
     return out
 
 
+def bracket(A: ArrayLike, B: ArrayLike) -> Array:
+    """Lie bracket of twists, ``[A, B] = hat(A) hat(B) − hat(B) hat(A)``.
+
+    ``(ω_A × v_B + v_A × ω_B, ω_A × ω_B)``. (..., 6), (..., 6) → (..., 6).
+    """
+    A, B = np.asarray(A, dtype=np.float64), np.asarray(B, dtype=np.float64)
+    w = A[..., 3:]
+    v = np.cross(w, B[..., :3]) + np.cross(A[..., :3], B[..., 3:])
+    return np.concatenate([v, np.cross(w, B[..., 3:])], axis=-1)
+
+
 def from_euler_xyz(position: ArrayLike, degrees: ArrayLike) -> Array:
     """Camera pose in the object frame from a position and intrinsic XYZ Euler angles.
 

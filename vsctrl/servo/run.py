@@ -15,6 +15,9 @@ from vsctrl.errors import InputError
 from vsctrl.servo.scenario import Scenario
 
 Array = NDArray[np.float64]
+# A speed below this share of the greatest one is rest: its direction would be rounding.
+STILL = 1e-9
+
 Kind = Literal["completed", "target behind camera", "rank loss", "diverged"]
 
 
@@ -60,17 +63,31 @@ class Run:
     def lag_along_motion(self) -> Array:
         """The lag's translation along the reference velocity, (n,) in m; negative is behind.
 
-        ``v_k · V/|V|``. Raises InputError when the reference does not translate.
+        ``v_k · V_k/|V_k|`` with V_k the velocity of the reference at frame k, in the camera frame
+        like the lag; so it changes sign where the motion turns back. A frame at rest takes the
+        direction of the last frame before it that moves, else of the first one.
+        Raises InputError when the reference does not translate.
         """
-        V = np.array(self.scenario.motion.V)
-        if not V.any():
+        V = self._reference_velocity
+        size = np.abs(V).max(axis=1)
+        moving = np.flatnonzero(size > STILL * size.max())
+        if not moving.size:
+            field = "motion.V" if self.scenario.motion.kind == "screw" else "motion"
             raise InputError(
-                "motion.V: the reference has no velocity, so there is no direction to lag along; "
-                "use run.lag, or give motion.V a value."
+                f"{field}: the reference has no velocity, so there is no direction to lag along; "
+                "use run.lag, or give the motion a velocity."
             )
-        V /= np.abs(V).max()  # so that the square of a tiny velocity does not vanish
-        out: Array = self.lag[:, :3] @ (V / np.linalg.norm(V))
+        before = np.searchsorted(moving, np.arange(len(V)), side="right") - 1
+        chosen = moving[np.maximum(before, 0)]
+        V = V[chosen] / size[chosen, None]  # so that the square of a tiny velocity does not vanish
+        along = np.sum(self.lag[:, :3] * V, axis=1)
+        out: Array = along / np.linalg.norm(V, axis=1)
         return out
+
+    @property
+    def _reference_velocity(self) -> Array:
+        """Of the reference at the frames of the run, in its camera frame, (n, 3) in m/s."""
+        return self.scenario.reference.twist(self.t)[:, :3]
 
     def _repr_html_(self) -> str:
         """A small table of the run's end, for notebooks."""
@@ -79,7 +96,7 @@ class Run:
             ("status", f"{self.status.kind}: {self.status.sentence}"),
             ("frames", f"{len(self.t)} (to t = {self.t[-1]:g} s)"),
         ]
-        if any(self.scenario.motion.V):
+        if self._reference_velocity.any():
             rows.append(("final lag along motion", f"{1e3 * self.lag_along_motion[-1]:.4g} mm"))
         for label, e in (("true", self.error), ("measured", self.measured_error)):
             rows.append((f"final {label} error", f"{np.linalg.norm(e[-1]):.4g} px"))

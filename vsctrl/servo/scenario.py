@@ -8,13 +8,13 @@ that lists all problems. Checks of single values are in ``fields``, of the whole
 import hashlib
 import json
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
-from vsctrl.errors import InputError, nearest
+from vsctrl.errors import InputError
 from vsctrl.servo import fields, toml
 from vsctrl.servo.feasible import (
     WHOLE,
@@ -23,93 +23,28 @@ from vsctrl.servo.feasible import (
     path_problems,
     start_problems,
 )
-from vsctrl.servo.law import Interaction
+from vsctrl.servo.links import KINDS, MOTION_FIELDS, AnyMotion, LinkedMotion, pick
 from vsctrl.servo.pose import from_euler_xyz
-from vsctrl.servo.trajectory import ConstantScrew
-
-Placement = Literal["measurement", "aligned", "actuator"]
-
-Text = Annotated[str, BeforeValidator(fields.text)]
-Number = Annotated[float, BeforeValidator(fields.number)]
-Positive = Annotated[float, BeforeValidator(fields.positive)]
-Nonnegative = Annotated[float, BeforeValidator(fields.nonnegative)]
-Whole = Annotated[int, BeforeValidator(fields.whole)]
-Vector3 = Annotated[tuple[float, float, float], BeforeValidator(fields.vector(3))]
-Twist = Annotated[
-    tuple[float, float, float, float, float, float], BeforeValidator(fields.vector(6))
-]
-Points = Annotated[tuple[fields.Vector3, ...], BeforeValidator(fields.points)]
-
-
-class Table(BaseModel):
-    """A frozen table of a scenario whose errors are ``InputError``, never pydantic's own."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    def __init__(self, /, **data: Any) -> None:
-        try:
-            super().__init__(**data)
-        except ValidationError as error:
-            raise fields.FieldsError(_problems(type(self), error)) from None
-
-    def __setattr__(self, name: str, value: object) -> None:
-        raise InputError(
-            f"{name}: a scenario cannot be changed; make another one with scenario.with_({name}=…)."
-        )
+from vsctrl.servo.tables import (
+    OWNER,
+    CameraTable,
+    LawTable,
+    StartTable,
+    Table,
+    TargetTable,
+    Text,
+    VisionTable,
+    remedy,
+)
+from vsctrl.servo.tables import Placement as Placement
+from vsctrl.servo.trajectory import ConstantScrew, Trajectory
 
 
-class CameraTable(Table):
-    """[camera]: focal lengths in px."""
-
-    Fx: Positive = Field(description="focal length along x, px")
-    Fy: Positive = Field(description="focal length along y, px")
-
-
-class TargetTable(Table):
-    """[target]: still points of the object frame."""
-
-    points: Points = Field(description="x, y, z of each point in the object frame, m")
-
-
-class StartTable(Table):
-    """[start]: pose of the reference at t = 0, and where the camera really is then."""
-
-    position: Vector3 = Field(description="camera in the object frame, m")
-    euler_xyz_deg: Vector3 = Field(description="intrinsic XYZ angles of the camera, degrees")
-    offset: Twist = Field(
-        (0.0,) * 6, description="twist from the reference start to the true start, m and rad"
-    )
-
-
-class MotionTable(Table):
-    """[motion]: constant twist of the reference in the camera frame."""
-
-    V: Vector3 = Field(description="reference velocity in the camera frame, m/s")
-    Omega: Vector3 = Field((0.0,) * 3, description="reference rotation in the camera frame, rad/s")
-    duration: Positive = Field(description="length of the run, s")
-
-
-class LawTable(Table):
-    """[law]: the control law (10)."""
-
-    lam: Positive = Field(description="gain λ, 1/s")
-    k_ff: Number = Field(1.0, description="feed-forward gain: 1 the paper's law, 0 without")
-    interaction: Annotated[Interaction, BeforeValidator(fields.choice(*get_args(Interaction)))] = (
-        Field("current", description="L at: current, desired, mean or initial")
-    )
-    placement: Annotated[Placement, BeforeValidator(fields.choice(*get_args(Placement)))] = Field(
-        "measurement", description="where the latency acts: measurement, aligned or actuator"
-    )
-    depth_ratio: Positive = Field(1.0, description="depth used by the law over the true depth")
-
-
-class VisionTable(Table):
-    """[vision]: timing and noise of the measurement."""
-
-    period: Positive = Field(description="video period, s")
-    latency: Nonnegative = Field(description="age of a measurement when it is used, s")
-    noise_px: Nonnegative = Field(0.0, description="standard deviation per image coordinate, px")
-    seed: Whole = Field(0, description="seed of the noise")
+def _meanings(path: str, model: type[Table]) -> dict[str, str]:
+    """Descriptions of a table's keys by dotted name."""
+    dot = f"{path}." if path else ""
+    meanings = {name: field.description for name, field in model.model_fields.items()}
+    return {f"{dot}{name}": text for name, text in meanings.items() if text}
 
 
 class Scenario(Table):
@@ -123,7 +58,7 @@ class Scenario(Table):
     camera: CameraTable
     target: TargetTable
     start: StartTable
-    motion: MotionTable
+    motion: Annotated[AnyMotion, BeforeValidator(pick)]
     law: LawTable
     vision: VisionTable
 
@@ -131,21 +66,39 @@ class Scenario(Table):
     def _feasible(self) -> Self:
         points = np.array(self.target.points)
         position, offset = np.array(self.start.position), np.array(self.start.offset)
+        try:
+            reference = self.reference
+        except InputError as error:
+            raise fields.FieldsError([("motion", str(error).rstrip("."))]) from None
+        blamed = "motion.duration" if "duration" in type(self.motion).model_fields else "motion"
         problems = [
-            *frame_problems(self.motion.duration, self.vision.period, len(points)),
-            *start_problems(points, position, self.reference.oTc0, offset),
+            *frame_problems(reference.duration, self.vision.period, len(points), blamed),
+            *start_problems(points, position, reference.oTc0, offset),
         ]
         if not problems:
-            problems += path_problems(points, self.reference, self.t)
+            what = "motion.V" if self.motion.kind == "screw" else "motion"
+            problems += path_problems(points, reference, self.t, what)
         if problems:
             raise fields.FieldsError(problems)
         return self
 
     @property
-    def reference(self) -> ConstantScrew:
+    def reference(self) -> Trajectory:
         """The motion that the camera is asked to make."""
         oTc0 = from_euler_xyz(self.start.position, self.start.euler_xyz_deg)
-        return ConstantScrew(oTc0, np.array([*self.motion.V, *self.motion.Omega]))
+        return self.motion.trajectory(oTc0)
+
+    @property
+    def constant_twist(self) -> NDArray[np.float64] | None:
+        """The reference twist where it never changes, (6,) in m/s and rad/s; None elsewhere."""
+        reference = self.reference
+        return reference.T if isinstance(reference, ConstantScrew) else None
+
+    @property
+    def speed(self) -> float:
+        """Greatest translational speed of the reference over the frames, m/s."""
+        V = self.reference.twist(self.t)[:, :3]
+        return float(np.linalg.norm(V[np.argmax(np.abs(V).max(axis=1))]))
 
     @property
     def frames(self) -> int:
@@ -186,15 +139,19 @@ class Scenario(Table):
     def with_(self, **changes: Any) -> Self:
         """The same experiment with some fields changed, by their own names: ``with_(lam=5)``.
 
+        Another ``kind`` of motion keeps only those keys of the old one that it has itself.
         Raises InputError for an unknown name or a value that its field refuses.
         """
         data: dict[str, Any] = self.model_dump()
         unknown = [name for name in changes if name not in TABLE_OF]
         if unknown:
             raise fields.FieldsError(
-                (name, f"no field of a scenario has this name{_remedy(name, TABLE_OF)}")
+                (name, f"no field of a scenario has this name{remedy(name, TABLE_OF)}")
                 for name in unknown
             )
+        kind = KINDS.get(str(changes.get("kind", self.motion.kind)))
+        if kind is not None:
+            data["motion"] = {k: v for k, v in data["motion"].items() if k in kind.model_fields}
         for name, value in changes.items():
             table = TABLE_OF[name]
             (data[table] if table else data)[name] = value
@@ -218,57 +175,42 @@ class Scenario(Table):
 
         ``Scenario.from_toml`` makes exactly the same scenario of it.
         """
-        return toml.emit(self.model_dump(), COMMENTS)
+        comments = COMMENTS | _meanings("motion", type(self.motion))
+        if isinstance(self.motion, LinkedMotion):
+            for number, part in enumerate(self.motion.parts):
+                comments |= _meanings(f"motion.parts.{number}", type(part))
+        return toml.emit(self.model_dump(), comments)
 
     def save(self, path: str | Path) -> None:
         """Write ``to_toml`` to a file: all of it or nothing. Raises InputError if impossible."""
         toml.write(Path(path), self.to_toml())
 
 
+# The tables by name; those of [motion] by kind are in ``links``.
 TABLES: dict[str, type[Table]] = {
-    name: field.annotation
-    for name, field in Scenario.model_fields.items()
-    if isinstance(field.annotation, type) and issubclass(field.annotation, Table)
+    "camera": CameraTable,
+    "target": TargetTable,
+    "start": StartTable,
+    "law": LawTable,
+    "vision": VisionTable,
 }
 # The table of every field, "" for those at the top.
-TABLE_OF = {name: "" for name in Scenario.model_fields if name not in TABLES} | {
+TABLE_OF = {"name": "", "description": ""} | {
     name: table for table, model in TABLES.items() for name in model.model_fields
 }
-# Meaning and unit of every field, by dotted name.
+TABLE_OF |= dict.fromkeys(sorted(MOTION_FIELDS), "motion")
+OWNER.update(TABLE_OF)
+# Meaning and unit of every field outside [motion], by dotted name.
 COMMENTS = {
-    f"{table}.{name}" if table else name: (TABLES[table] if table else Scenario)
-    .model_fields[name]
-    .description
-    or ""
-    for name, table in TABLE_OF.items()
+    **_meanings("", Scenario),
+    **{key: text for name, model in TABLES.items() for key, text in _meanings(name, model).items()},
 }
 
 
-def _remedy(name: str, known: dict[str, str] | list[str]) -> str:
-    return nearest(name, known) or f"; it has {', '.join(known)}"
-
-
-def _problems(model: type[Table], error: ValidationError) -> list[tuple[str, str]]:
-    """pydantic's findings about one table as (dotted field, sentence), all of them."""
-    known = model.model_fields
-    out: list[tuple[str, str]] = []
-    for found in error.errors(include_url=False):
-        field = ".".join(str(part) for part in found["loc"])
-        cause = found.get("ctx", {}).get("error")
-        meaning = known[field].description if field in known else None
-        about = f" ({meaning})" if meaning else ""
-        if isinstance(cause, fields.FieldsError):
-            out += [(f"{field}.{name}" if field else name, text) for name, text in cause.problems]
-        elif found["type"] == "missing":
-            kind = f"a table [{field}]" if field in TABLES else "a value"
-            out.append((field, f"missing; give it {kind}{about}"))
-        elif found["type"] == "extra_forbidden":
-            belongs = TABLE_OF.get(field)
-            remedy = f"; it belongs into [{belongs}]" if belongs else _remedy(field, list(known))
-            out.append((field, f"unknown key with value {fields.show(found['input'])}{remedy}"))
-        elif cause is not None:
-            out.append((field, f"{cause}{about}"))
-        else:
-            shown = fields.show(found["input"])
-            out.append((field, f"{shown} is not a table; write its keys under [{field}]"))
-    return out
+def schema() -> str:
+    """JSON Schema of a scenario file, for editors that complete and check TOML or JSON."""
+    found = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **Scenario.model_json_schema(),
+    }
+    return json.dumps(found, indent=2, ensure_ascii=False) + "\n"

@@ -16,7 +16,8 @@ from vsctrl.servo.camera import NEAREST, Camera, View
 from vsctrl.servo.law import Law
 from vsctrl.servo.pose import exp, exp_one, inverse, log
 from vsctrl.servo.run import Run, Status
-from vsctrl.servo.scenario import Placement, Scenario
+from vsctrl.servo.scenario import Scenario
+from vsctrl.servo.tables import Placement
 
 Array = NDArray[np.float64]
 

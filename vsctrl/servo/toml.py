@@ -1,7 +1,7 @@
 """Scenario files: TOML text in and out, whole or not at all.
 
-Reading is Python's own ``tomllib``. Writing is forty lines here, because a scenario needs its units
-as comments and an exact round trip, and no more of TOML than numbers, text and lists of them.
+Reading is Python's own ``tomllib``. Writing is fifty lines here, because a scenario needs its units
+as comments and an exact round trip, and no more of TOML than tables of numbers, text and lists.
 What the keys mean is left to ``scenario``.
 """
 
@@ -74,32 +74,46 @@ def write(path: Path, text: str) -> None:
 
 
 def emit(data: Mapping[str, Any], comments: Mapping[str, str]) -> str:
-    """TOML text of values and of one level of tables, each key with its comment.
+    """TOML text of values, tables and lists of tables, each key with its comment.
 
-    comments: by dotted name. Values: text, integers, finite floats, sequences of these.
+    comments: by dotted name, list entries by their number from 0. Values: text, booleans, integers,
+    finite floats, sequences of these; None is a key left out.
     """
-    top = {key: value for key, value in data.items() if not isinstance(value, Mapping)}
-    lines = _keys(top, comments, "")
-    for table, values in data.items():
-        if isinstance(values, Mapping):
-            lines += ["", f"[{table}]", *_keys(values, comments, f"{table}.")]
-    return "\n".join(lines) + "\n"
+    return "\n".join(_table(data, comments, "")) + "\n"
 
 
-def _keys(values: Mapping[str, Any], comments: Mapping[str, str], prefix: str) -> list[str]:
+def _table(values: Mapping[str, Any], comments: Mapping[str, str], path: str) -> list[str]:
+    """Keys first, then tables: a key after a table's heading would belong to that table."""
     lines: list[str] = []
+    nested: list[str] = []
     for key, value in values.items():
-        comment = f"  # {comments[prefix + key]}"
-        if isinstance(value, tuple) and value and isinstance(value[0], tuple):
-            lines += [f"{key} = [{comment}", *(f"    {_value(row)}," for row in value), "]"]
-        else:
-            lines.append(f"{key} = {_value(value)}{comment}")
-    return lines
+        name = f"{path}{key}"
+        if isinstance(value, Mapping):
+            nested += ["", f"[{name}]", *_table(value, comments, f"{name}.")]
+        elif _is_list_of(value, Mapping):
+            for number, entry in enumerate(value):
+                heading = f"[[{name}]]"
+                nested += ["", heading, *_table(entry, comments, f"{name}.{number}.")]
+        elif value is not None:
+            lines += _key(key, value, comments[name])
+    return lines + nested
+
+
+def _key(key: str, value: object, comment: str) -> list[str]:
+    if isinstance(value, tuple) and _is_list_of(value, tuple):
+        return [f"{key} = [  # {comment}", *(f"    {_value(row)}," for row in value), "]"]
+    return [f"{key} = {_value(value)}  # {comment}"]
+
+
+def _is_list_of(value: object, kind: type) -> bool:
+    return isinstance(value, tuple) and bool(value) and isinstance(value[0], kind)
 
 
 def _value(value: object) -> str:
     if isinstance(value, str):
         return '"' + "".join(_escaped(c) for c in value) + '"'
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, tuple):
         return "[" + ", ".join(_value(entry) for entry in value) + "]"
     return repr(value)  # Python writes numbers as TOML does, with the digits that give them back

@@ -1,36 +1,263 @@
 """The motion that the camera is asked to make.
 
-A trajectory answers ``pose(t)`` and ``twist(t)`` for arrays of times; the reference image s*(t) and
-its derivative follow from these two through ``camera`` (eq. 16, 17 are special cases).
+A trajectory answers ``pose(t)``, ``twist(t)`` and ``acceleration(t)`` for arrays of times; the
+reference image s*(t) and its derivative ``L(s*, Z*) T*`` follow from these through ``camera`` (eq.
+16, 17 are special cases). Here are the elementary motions, along one screw; ``path`` goes through
+given poses and ``linked`` puts motions one after another.
 """
 
+import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vsctrl.errors import InputError
 from vsctrl.servo.pose import exp
 
 Array = NDArray[np.float64]
+Waveform = Literal["sine", "triangle"]
+MOST_JUMPS = 1_000_000
+# Rotation per translation (rad/m) beyond which a direction's translation cannot be meant.
+STEEPEST_SCREW = 1e6
+
+
+class Jump(NamedTuple):
+    """A sudden change of the twist: when (s), and by how much, (6,) in m/s and rad/s."""
+
+    t: float
+    size: Array
+
+
+class Trajectory(ABC):
+    """A reference motion ``oTc*(t)`` on 0 ≤ t ≤ duration, as a frozen value.
+
+    ``oTc*' = oTc* · hat(T*)``, so that T* is the twist in the camera frame. At a jump ``twist`` is
+    the value after it. Outside its interval a motion goes on as it ends: an oscillation goes on
+    oscillating, all others keep the twist of that end.
+    """
+
+    oTc0: Array  #: (4, 4), the pose at t = 0
+    duration: float  #: s
+
+    @abstractmethod
+    def pose(self, t: ArrayLike) -> Array:
+        """Pose at the times t: (...,) in s → (..., 4, 4)."""
+
+    @abstractmethod
+    def twist(self, t: ArrayLike) -> Array:
+        """Twist at the times t: (...,) in s → (..., 6), (V, Ω) in m/s and rad/s."""
+
+    @abstractmethod
+    def acceleration(self, t: ArrayLike) -> Array:
+        """Derivative of the twist in the camera frame: (...,) in s → (..., 6), m/s² and rad/s²."""
+
+    @property
+    def jumps(self) -> tuple[Jump, ...]:
+        """Where the twist jumps between start and end, in order of time."""
+        return ()
+
+    @property
+    def end_twist(self) -> Array:
+        """The twist with which the motion ends, (6,): before a jump at that very moment."""
+        return self.twist(self.duration)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ConstantScrew:
+class ConstantScrew(Trajectory):
     """Motion with a constant twist in the camera frame: translation, rotation or both (eq. 14).
 
     ``oTc*(t) = oTc0 · exp(T t)``.
 
-    oTc0: (4, 4), the pose at t = 0; T: (6,), (V, Ω) in m/s and rad/s.
+    oTc0: (4, 4), the pose at t = 0; T: (6,), (V, Ω) in m/s and rad/s; duration: s.
     """
 
     oTc0: Array
     T: Array
+    duration: float = math.inf
+
+    def __post_init__(self) -> None:
+        checked_duration(self.duration)
 
     def pose(self, t: ArrayLike) -> Array:
         """Pose at the times t: (...,) in s → (..., 4, 4)."""
-        out: Array = self.oTc0 @ exp(np.asarray(t, dtype=np.float64)[..., None] * self.T)
+        out: Array = self.oTc0 @ exp(times(t)[..., None] * self.T)
         return out
 
     def twist(self, t: ArrayLike) -> Array:
         """Twist at the times t: (...,) in s → (..., 6), (V, Ω) in m/s and rad/s."""
-        return np.broadcast_to(self.T, (*np.shape(t), 6))
+        return np.broadcast_to(self.T, (*np.shape(times(t)), 6))
+
+    def acceleration(self, t: ArrayLike) -> Array:
+        """Zero: (...,) in s → (..., 6)."""
+        return np.zeros((*np.shape(times(t)), 6))
+
+
+def hold(oTc0: Array, duration: float) -> ConstantScrew:
+    """Rest at a pose: (4, 4), s. Raises InputError for a duration that is not above 0."""
+    return ConstantScrew(oTc0, np.zeros(6), duration)
+
+
+def translation(oTc0: Array, V: ArrayLike, duration: float) -> ConstantScrew:
+    """Translation at a constant velocity of the camera frame (eq. 16).
+
+    oTc0: (4, 4); V: (3,) in m/s; duration: s. Raises InputError for values out of range.
+    """
+    return ConstantScrew(oTc0, np.concatenate([vector("V", V, 3), np.zeros(3)]), duration)
+
+
+def rotation(
+    oTc0: Array, axis: ArrayLike, arm: ArrayLike, speed: float, duration: float
+) -> ConstantScrew:
+    """Rotation about an axis that is fixed in the camera frame, and so in space (eq. 17).
+
+    ``Ω = ω r``, ``V = −ω r × d``: the paper prints the opposite sign of V, against its eq. 17.
+
+    oTc0: (4, 4); axis: (3,), direction of r; arm: (3,), d from the camera to a point of the axis in
+    the camera frame, m; speed: ω in rad/s; duration: s. Raises InputError for an axis of no length.
+    """
+    r = unit("axis", vector("axis", axis, 3))
+    (omega,) = vector("speed", [speed], 1)
+    V = -omega * np.cross(r, vector("arm", arm, 3))
+    return ConstantScrew(oTc0, np.concatenate([V, omega * r]) + 0.0, duration)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Oscillation(Trajectory):
+    """To and fro along one screw, from the middle and with positive speed at first.
+
+    ``oTc*(t) = oTc0 · exp(D a w(t/period))`` with w(x) = sin 2πx, or the triangle of the same zeros
+    and peaks, whose speed ``4 a/period`` is constant between its turning points.
+
+    oTc0: (4, 4), the middle; direction: (6,), any length: D has a translation of 1 m, or where it
+    has none a rotation of 1 rad; amplitude: a in m or rad accordingly; period, duration: s.
+    Raises InputError for a direction of no length, and numbers that are not above 0.
+    """
+
+    oTc0: Array
+    direction: Array
+    amplitude: float
+    period: float
+    duration: float
+    waveform: Waveform = "sine"
+
+    def __post_init__(self) -> None:
+        D = vector("direction", self.direction, 6)
+        part = D[:3] if D[:3].any() else D[3:]
+        unit("direction", part)
+        size = np.abs(part).max()
+        with np.errstate(over="ignore"):  # refused below
+            D = D / size / np.linalg.norm(part / size)
+        if not np.abs(D).max() <= STEEPEST_SCREW:
+            raise InputError(
+                f"direction: a translation of {math.hypot(*part):.3g} beside a rotation of "
+                f"{math.hypot(*self.direction[3:]):.3g} is rounding; set it to 0."
+            )
+        object.__setattr__(self, "direction", D)
+        for name in ("amplitude", "period"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise InputError(
+                    f"{name}: {getattr(self, name)!r} is not a number above 0; give one."
+                )
+        checked_duration(self.duration)
+        if self.waveform not in ("sine", "triangle"):
+            raise InputError(
+                f"waveform: {self.waveform!r} is no waveform; choose 'sine' or 'triangle'."
+            )
+
+    def pose(self, t: ArrayLike) -> Array:
+        """Pose at the times t: (...,) in s → (..., 4, 4)."""
+        # The wave of the phase rather than of t: no digits are lost after many periods.
+        x = self._phase(t)
+        if self.waveform == "sine":
+            w = np.sin(2 * np.pi * x)
+        else:
+            w = np.where(x < 0.25, 4 * x, np.where(x < 0.75, 2 - 4 * x, 4 * x - 4))
+        out: Array = self.oTc0 @ exp((self.amplitude * w)[..., None] * self.direction)
+        return out
+
+    def twist(self, t: ArrayLike) -> Array:
+        """Twist at the times t: (...,) in s → (..., 6), (V, Ω) in m/s and rad/s."""
+        x = self._phase(t)
+        if self.waveform == "sine":
+            slope = 2 * np.pi * np.cos(2 * np.pi * x)
+        else:
+            slope = np.where((x < 0.25) | (x >= 0.75), 4.0, -4.0)
+        return (self.amplitude / self.period * slope)[..., None] * self.direction
+
+    def acceleration(self, t: ArrayLike) -> Array:
+        """Derivative of the twist: (...,) in s → (..., 6); of the triangle zero between jumps."""
+        x = self._phase(t)
+        bend = np.zeros_like(x)
+        if self.waveform == "sine":
+            bend = -((2 * np.pi) ** 2) * np.sin(2 * np.pi * x)
+        return (self.amplitude / self.period**2 * bend)[..., None] * self.direction
+
+    @property
+    def jumps(self) -> tuple[Jump, ...]:
+        """The turning points of the triangle. Raises InputError where they are too many to list."""
+        if self.waveform == "sine":
+            return ()
+        if not self._turns < MOST_JUMPS:
+            raise InputError(
+                f"duration: {self.duration:g} s has more than {MOST_JUMPS} turning points at a "
+                f"period of {self.period:g} s; give a shorter one."
+            )
+        size = 8 * self.amplitude / self.period * self.direction
+        return tuple(
+            Jump((0.25 + k / 2) * self.period, size if k % 2 else -size)
+            for k in range(int(self._turns))
+        )
+
+    @property
+    def end_twist(self) -> Array:
+        """The twist with which the motion ends, (6,): before a jump at that very moment."""
+        if self.waveform == "sine":
+            return self.twist(self.duration)
+        speed = 4 * self.amplitude / self.period
+        out: Array = (-speed if self._turns % 2 else speed) * self.direction
+        return out
+
+    @property
+    def _turns(self) -> float:
+        """Turning points before the end; one at the very end, within rounding, does not count."""
+        return max(0.0, float(np.ceil(2 * self.duration / self.period - 0.5 - 1e-9)))
+
+    def _phase(self, t: ArrayLike) -> Array:
+        x = times(t) / self.period
+        out: Array = x - np.floor(x)
+        return out
+
+
+def times(t: ArrayLike) -> Array:
+    """Times as an array. Raises InputError for one that is not finite."""
+    out = np.asarray(t, dtype=np.float64)
+    if not np.isfinite(out).all():
+        raise InputError("t: one of the times is not a finite number; give seconds.")
+    return out
+
+
+def vector(name: str, value: ArrayLike, length: int) -> Array:
+    """A vector of finite numbers. Raises InputError that names it."""
+    out = np.asarray(value, dtype=np.float64)
+    if out.shape != (length,) or not np.isfinite(out).all():
+        raise InputError(f"{name}: {value!r} is not a list of finite numbers; give {length}.")
+    return out
+
+
+def unit(name: str, value: Array) -> Array:
+    """The vector at length 1. Raises InputError where it has no length."""
+    size = np.abs(value).max()
+    if not size > 0:
+        raise InputError(f"{name}: a direction of length 0 points nowhere; give one entry a value.")
+    scaled = value / size  # so that the square of a tiny entry does not vanish
+    out: Array = scaled / np.linalg.norm(scaled)
+    return out
+
+
+def checked_duration(duration: float) -> None:
+    """Raises InputError for a duration that is not above 0 (infinite is allowed)."""
+    if not duration > 0:
+        raise InputError(f"duration: {duration!r} s is not above 0; give a positive number.")

@@ -91,8 +91,8 @@ class Comparison:
     @property
     def exact_motion(self) -> bool:
         """Whether figure 1 describes this motion exactly: no turning, no change of depth."""
-        motion = self.scenario.motion
-        return not any(motion.Omega) and motion.V[2] == 0
+        T = self.scenario.constant_twist
+        return T is not None and not T[2:].any()
 
     @property
     def largest_disagreement(self) -> float | None:
@@ -143,13 +143,23 @@ def validate(scenario: Scenario) -> Comparison:
     the latency in the measurement, aligned, and in the actuator if the scenario has it there.
     The loop of figure 1 is taken with κ = `law.depth_ratio`, which a uniform depth error of points
     makes of a translation. Start offset and pixel noise are left out.
-    Errors: `InputError` where the reference does not translate or the latency is no whole number
-    of frames.
+    Errors: `InputError` where the twist of the reference changes or has no translation, or the
+    latency is no whole number of frames.
     """
-    if not any(scenario.motion.V):
+    T = scenario.constant_twist
+    if T is None:
+        speed, duration = scenario.speed, scenario.motion.duration
         raise InputError(
-            "motion.V: the reference does not translate, so there is no lag in metres to "
-            "validate; give motion.V a value, or look at simulate(scenario).lag."
+            "motion.kind: the closed forms compared here are those of a constant twist, and a "
+            f'motion of kind "{scenario.motion.kind}" changes it; look at simulate(scenario), or '
+            "validate a slide at its greatest speed: "
+            f'scenario.with_(kind="screw", V=({speed:.4g}, 0, 0), duration={duration:.4g}).'
+        )
+    if not T[:3].any():
+        field = "motion.V" if scenario.motion.kind == "screw" else "motion"
+        raise InputError(
+            f"{field}: the reference does not translate, so there is no lag in metres to "
+            f"validate; give {field} a velocity, or look at simulate(scenario).lag."
         )
     scenario.latency_frames  # noqa: B018 - a latency between frames is refused before any work
     latency, on = scenario.vision.latency, scenario.law.k_ff or 1.0
@@ -168,7 +178,7 @@ def validate(scenario: Scenario) -> Comparison:
 def _row(scenario: Scenario, k_ff: float, delay: float, placement: Any) -> Row:
     law, period = scenario.law, scenario.vision.period
     values = {"lam": law.lam, "k_ff": k_ff, "tau": delay}
-    speed = float(np.linalg.norm(scenario.motion.V))
+    speed = scenario.speed
     formula = _formula(placement, k_ff, delay, law.depth_ratio)
     where = {"measurement": "late", "aligned": "late, aligned", "actuator": "late in the actuator"}
     late = f"{1e3 * delay:g} ms {where[placement]}" if delay else "no latency"

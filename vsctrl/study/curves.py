@@ -93,7 +93,7 @@ def _times(found: Stability) -> Times:
     lam, tau = system.values["lam"], system.values["tau"]
     slow = -float(system.poles(1)[0].real)
     t = np.linspace(0.0, max(7 / slow, 6 * tau), 1201)
-    slope = float(np.linalg.norm(found.scenario.motion.V))
+    slope = found.scenario.speed
     gains = {False: 0.0, True: law.k_ff or 1.0}
     channel = {on: system.with_(k_ff=k)["S_ref", "S"] for on, k in gains.items()}
     orders = PADE_ORDERS if tau else ()

@@ -163,7 +163,7 @@ def _readings(scenario: Scenario, system: System, limits: Limits) -> tuple[Readi
 
 def _reading(label: str, lam: float, scenario: Scenario, system: System, limits: Limits) -> Reading:
     margins = system.with_(lam=lam).open("S_meas").margins()
-    kappa, speed = scenario.law.depth_ratio, float(np.linalg.norm(scenario.motion.V))
+    kappa, speed = scenario.law.depth_ratio, scenario.speed
     error: Any = loop.tracking_error(
         Ramp(speed),
         scenario.law.placement,

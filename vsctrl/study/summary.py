@@ -9,7 +9,10 @@ from typing import Any
 
 from vsctrl import loop
 from vsctrl.diagram import Ramp
+from vsctrl.errors import InputError
 from vsctrl.loop import values as check
+
+LEAST, MOST = 1e-30, 1e30  #: of a product that can still be multiplied and divided
 
 
 @dataclass(frozen=True)
@@ -77,11 +80,13 @@ def summarise(
     """Margins, limits, roots and tracking errors of figure 1.
 
     `lam` in s⁻¹, `tau` and `period` in s. Errors: `InputError` for a gain, κ or period that is not
-    above 0, a negative delay, or a delay that is no whole number of periods.
+    above 0, a negative delay, a delay that is no whole number of periods, or numbers whose product
+    is too large or too small to compute with; `LimitError` for roots that are too many to count.
     """
     check.positive("gain", lam)
     check.positive("ratio", kappa)
     check.delay("delay", tau)
+    _check_sizes(lam, kappa, tau)
     if period is not None:
         check.positive("period", period)
     limits = loop.gain_limit(tau, kappa=kappa), loop.fastest_gain(tau, kappa=kappa)
@@ -120,6 +125,19 @@ def summarise(
             for placement in placements
         },
     )
+
+
+def _check_sizes(lam: float, kappa: float, tau: float) -> None:
+    """Errors: `InputError` for numbers within the range of doubles whose products are not."""
+    if not LEAST < lam * kappa < MOST:
+        raise InputError(
+            f"gain = {lam:g} s⁻¹ and ratio = {kappa:g} are not usable together, their product "
+            f"being {lam * kappa:g}; give numbers whose product lies from {LEAST:g} to {MOST:g}."
+        )
+    if tau and not LEAST < tau < MOST:
+        raise InputError(
+            f"delay = {tau:g} s is not usable; give 0 s, or from {LEAST:g} to {MOST:g} s."
+        )
 
 
 def _finite(value: Any) -> float | None:

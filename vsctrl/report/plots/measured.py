@@ -1,0 +1,47 @@
+"""Curves measured in the simulator, drawn over those of theory."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from vsctrl.report.plots.style import GREY, INK, STYLE, WITH, WITHOUT, phase
+from vsctrl.study.sine import SineResponse
+
+FINE = 60  #: points of a curve, besides those measured
+NOTHING = 1e-9  #: an error that only rounding makes: it has no phase, and no place on a log axis
+
+
+def sine_response(found: SineResponse) -> Figure:
+    """Amplitude and phase of the error of a sine: the simulator's points over the exact curves."""
+    grid = [row.omega for row in found.rows]
+    omega = np.union1d(grid, np.geomspace(0.8 * min(grid), max(grid), FINE))
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.2, 5.2), layout="constrained")
+        top, bottom = figure.subplots(2, 1, sharex=True)
+        for on, colour, name in ((False, WITHOUT, "without"), (True, WITH, "with")):
+            held = found.curve(omega, feedforward=on)
+            smooth = found.curve(omega, feedforward=on, held=False)
+            dots = [r for r in found.rows if r.feedforward is on and r.simulated is not None]
+            at = np.searchsorted(omega, [row.omega for row in dots])
+            values = np.array([row.simulated for row in dots], dtype=complex)
+            top.loglog(omega, np.abs(held), color=colour, label=f"{name} feed-forward, sampled")
+            top.loglog(omega[at], np.abs(values), "o", color=colour, mfc="none")
+            unwound = phase(held)
+            bottom.semilogx(omega, unwound, color=colour)
+            # Turned with the curve, so that a point is never drawn 360° from it.
+            turned = unwound[at] + np.degrees(np.angle(values / held[at]))
+            bottom.semilogx(omega[at], turned, "o", color=colour, mfc="none")
+            if np.abs(smooth).max() > NOTHING:
+                thin = {"color": colour, "linestyle": ":", "linewidth": 1.1}
+                top.loglog(omega, np.abs(smooth), **thin)
+                bottom.semilogx(omega, phase(smooth), **thin)
+        top.plot([], [], ":", color=GREY, linewidth=1.1, label="continuous")
+        top.plot([], [], "o", color=GREY, mfc="none", label="6-DOF simulation")
+        top.axhline(1, color=INK, linewidth=0.8)
+        top.set_ylabel("|E/S*|")
+        bottom.set_ylabel("arg E/S*, °")
+        bottom.set_xlabel("ω, rad/s")
+        top.legend(loc="lower right", ncols=2)
+    return figure

@@ -1,0 +1,130 @@
+"""The loop in time: its responses, and the runs of the simulator as the paper shows them."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, STYLE, WITH, WITHOUT
+from vsctrl.servo import Run
+from vsctrl.study.curves import Times
+
+
+def responses(data: Times) -> Figure:
+    """The step, what Padé gets wrong of it, and the tracking error on the ramp."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.2, 5.6), layout="constrained")
+        grid = figure.add_gridspec(2, 2)
+        step, wrong = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
+        ramp = figure.add_subplot(grid[1, :])
+        step.axhline(1, color=INK, linewidth=0.8)
+        step.plot(data.t, data.step, color=EXACT)
+        last = float(data.t[-1])
+        step.set(title="unit step, no feed-forward: S(t)", xlabel="t, s", xlim=(0, last))
+        for order, values in data.step_pade.items():
+            error = np.maximum(np.abs(values - data.step), 1e-16)
+            wrong.semilogy(data.t, error, color=PADE[order], label=f"Padé {order}", linewidth=1.1)
+        wrong.set(
+            title="|Padé − exact| of that step", xlabel="t, s", xlim=(0, last), ylim=(1e-8, 1)
+        )
+        if data.step_pade:
+            wrong.legend(loc="upper right", ncols=3)
+        ramp.axhline(0, color=INK, linewidth=0.8)
+        for on, colour, name in ((False, WITHOUT, "without"), (True, WITH, "with")):
+            ramp.plot(data.t, 1e3 * data.ramp[on], color=colour, label=f"{name} feed-forward")
+            ramp.plot(data.t, 1e3 * data.ramp_pade[on], color=INK, linewidth=0.8, linestyle=":")
+            level = 1e3 * data.steady[on]
+            ramp.axhline(level, color=colour, linewidth=0.8, linestyle="--")
+            ramp.annotate(
+                f"{level:+.2f} mm".replace("-", "−"),
+                (data.t[-1], level),
+                xytext=(-2, 4),
+                textcoords="offset points",
+                ha="right",
+                color=colour,
+            )
+        ramp.plot([], [], color=GREY, linestyle="--", linewidth=0.8, label="closed form")
+        ramp.plot([], [], color=INK, linestyle=":", linewidth=0.8, label="Padé 4")
+        ramp.set(
+            title=f"ramp of {1e3 * data.slope:g} mm/s: S − S*, mm", xlabel="t, s", xlim=(0, last)
+        )
+        ramp.margins(y=0.14)
+        ramp.legend(loc="center right", ncols=2)
+    return figure
+
+
+def errors(on: Run, off: Run) -> Figure:
+    """Figure 5 of the paper: image error E with and without the derivative term, true and seen."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.2, 3.4), layout="constrained")
+        axes = figure.subplots()
+        for run, colour, name in ((off, WITHOUT, "without"), (on, WITH, "with")):
+            true = np.linalg.norm(run.error, axis=1)
+            seen = np.linalg.norm(run.measured_error, axis=1)
+            axes.plot(run.t, true, color=colour, label=f"{name} derivative term, true")
+            axes.plot(run.t, seen, color=colour, linestyle=":", label=f"{name}, as measured")
+            axes.annotate(
+                f"{true[-1]:.1f} px",
+                (run.t[-1], true[-1]),
+                xytext=(-2, 4),
+                textcoords="offset points",
+                ha="right",
+                color=colour,
+            )
+        axes.set(xlabel="t, s", ylabel="E, px", ylim=(0, None), xlim=(0, None))
+        axes.margins(y=0.12)
+        axes.legend(loc="center", ncols=2)
+    return figure
+
+
+def top_view(on: Run, off: Run) -> Figure:
+    """Figure 6 of the paper: the camera's path from above, and where it is at the end."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.2, 4.4), layout="constrained")
+        whole, end = figure.subplots(1, 2, width_ratios=(1, 1.15))
+        goal = 1e3 * on.reference_pose[:, :3, 3]
+        for axes in (whole, end):
+            axes.plot(goal[:, 0], goal[:, 2], color=INK, linewidth=0.9, label="reference")
+            for run, colour, name in ((off, WITHOUT, "without"), (on, WITH, "with")):
+                path = 1e3 * run.pose[:, :3, 3]
+                axes.plot(path[:, 0], path[:, 2], color=colour, label=f"{name} derivative term")
+                axes.plot(path[-1, 0], path[-1, 2], "o", color=colour, markersize=6, zorder=3)
+            axes.plot(goal[-1, 0], goal[-1, 2], "x", color=INK, markersize=8, mew=1.6, zorder=4)
+            axes.set_xlabel("x, mm (object frame)")
+        leds = 1e3 * np.array(on.scenario.target.points)
+        whole.plot(leds[:, 0], leds[:, 2], "^", color=GREY, label="LEDs")
+        whole.set(ylabel="z, mm", aspect="equal")
+        whole.margins(x=0.25)
+        _end_of_path(end, on, off)
+        figure.legend(*whole.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return figure
+
+
+def _end_of_path(axes: Axes, on: Run, off: Run) -> None:
+    """Zoom to the last positions, each named by its distance along the motion."""
+    goal = 1e3 * on.reference_pose[-1, :3, 3]
+    half = 1.0
+    for run, colour, below in ((off, WITHOUT, False), (on, WITH, True)):
+        at = 1e3 * run.pose[-1, :3, 3]
+        half = max(half, float(np.abs(at - goal).max()))
+        if not run.status.ok or not run.scenario.speed:
+            continue
+        lag = 1e3 * float(run.lag_along_motion[-1])
+        words = f"{abs(lag):.1f} mm {'behind' if lag < 0 else 'ahead'}"
+        axes.annotate(
+            words if abs(lag) > 5e-3 else "on the reference",
+            (at[0], at[2]),
+            xytext=(0, -9 if below else 9),
+            textcoords="offset points",
+            ha="center",
+            va="top" if below else "bottom",
+            color=colour,
+        )
+    axes.set(
+        xlim=(goal[0] - 1.8 * half, goal[0] + 1.8 * half),
+        ylim=(goal[2] - 1.8 * half, goal[2] + 1.8 * half),
+        aspect="equal",
+        title=f"the end, t = {on.t[-1]:g} s",
+    )

@@ -1,0 +1,76 @@
+"""What all figures share: colours, type, and the way into a page.
+
+Lines that belong to a page's text (axes, labels) are drawn in `INK`, which the page turns into its
+own text colour, so that a figure reads in light and dark.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+INK = "#010203"
+EXACT = "#2f6fb7"
+WITH, WITHOUT = "#1b9e77", "#d95f02"
+PADE = {1: "#e0a030", 2: "#c0569b", 4: "#7a5fc0"}
+GREY = "#8a8f98"
+
+STYLE: Any = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9.5,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.grid": True,
+    "grid.color": GREY,
+    "grid.alpha": 0.25,
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "lines.linewidth": 1.6,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "vsctrl",
+}
+
+
+def to_svg(figure: Figure, title: str, prefix: str) -> str:
+    """The figure as an SVG element to put into a page: text in the page's colour, no links.
+
+    `title` is what a screen reader says; `prefix` keeps the ids of figures on one page apart.
+    """
+    buffer = io.StringIO()
+    with mpl.rc_context(STYLE):
+        figure.savefig(
+            buffer,
+            format="svg",
+            transparent=True,
+            metadata={"Date": None, "Creator": None, "Format": None, "Type": None},
+        )
+    svg = buffer.getvalue()
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    svg = re.sub(r'\s(?:xmlns(?::\w+)?|version)="[^"]*"', "", svg)
+    svg = svg.replace(INK, "currentColor").replace("xlink:href", "href")
+    svg = re.sub(r'\bid="', f'id="{prefix}-', svg)
+    svg = re.sub(r'(href="#|url\(#)', rf"\g<1>{prefix}-", svg)
+    return svg.replace("<svg", f'<svg role="img" aria-label="{title}"', 1)
+
+
+def phase(values: Any) -> Array:
+    """Phase in degrees, unwound along the frequency axis."""
+    return np.asarray(np.degrees(np.unwrap(np.angle(values))), float)

@@ -1,0 +1,245 @@
+"""Motions one after another, with or without a smooth passage between them.
+
+The paper leaves the linkage of elementary trajectories open. Where one constant twist follows
+another the twist jumps, which no robot can follow; a blend leads from one to the other within
+limits of acceleration. Its pose has no closed form (twists of different screws do not commute) and
+is integrated on SE(3) by Magnus steps of order six.
+
+Source: Blanes, Casas, Oteo, Ros, The Magnus expansion and some of its applications (Physics Reports
+2009), section 5.4.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vsctrl.errors import InputError
+from vsctrl.servo.pose import bracket, exp, inverse
+from vsctrl.servo.trajectory import Jump, Trajectory, checked_duration, times, vector
+
+Array = NDArray[np.float64]
+Profile = Literal["linear", "smooth"]
+Blending = Literal["none", "linear", "smooth"]
+
+# Greatest slope of a profile from 0 to 1 over 0..1.
+STEEPEST: dict[Profile, float] = {"linear": 1.0, "smooth": 1.5}
+# Rotation per Magnus step (rad): the error of order seven is then below rounding.
+STEP = 0.05
+MOST_STEPS = 100_000
+# A change of twist below this share of the twists is rounding, not a jump.
+ROUNDING = 1e-12
+_NODES = 0.5 + np.sqrt(0.15) * np.array([-1.0, 0.0, 1.0])  # of Gauss and Legendre, on 0..1
+
+
+@dataclass(frozen=True, eq=False)
+class Blend(Trajectory):
+    """Passage from one twist to another on a straight line between them.
+
+    ``T*(t) = A + (B − A) σ(t/duration)``, σ(u) = u (linear: constant acceleration), or
+    ``3u² − 2u³`` (smooth: an acceleration that begins and ends at zero).
+
+    oTc0: (4, 4); A, B: (6,) in m/s and rad/s; duration: s. Raises InputError for values out of
+    range, and for a passage of more than 5000 rad.
+    """
+
+    oTc0: Array
+    A: Array
+    B: Array
+    duration: float
+    profile: Profile = "linear"
+    _knots: Array = field(init=False, repr=False)
+    _poses: Array = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        A, B = vector("A", self.A, 6), vector("B", self.B, 6)
+        checked_duration(self.duration)
+        if self.profile not in STEEPEST:
+            raise InputError(f"profile: {self.profile!r} is no choice; give 'linear' or 'smooth'.")
+        turn = max(np.linalg.norm(A[3:]), np.linalg.norm(B[3:])) * self.duration
+        if not turn <= STEP * MOST_STEPS:
+            raise InputError(
+                f"duration: in {self.duration:g} s the camera turns by up to {turn:.3g} rad, more "
+                f"than a blend of {STEP * MOST_STEPS:g} rad can hold; raise the acceleration limit."
+            )
+        knots = np.linspace(0.0, self.duration, max(2, math.ceil(turn / STEP)) + 1)
+        poses = np.empty((len(knots), 4, 4))
+        poses[0] = self.oTc0
+        steps = exp(magnus(self._inside, knots[:-1], knots[1:]))
+        for k, step in enumerate(steps):
+            poses[k + 1] = poses[k] @ step
+        for name, value in {"A": A, "B": B, "_knots": knots, "_poses": poses}.items():
+            object.__setattr__(self, name, value)
+
+    def pose(self, t: ArrayLike) -> Array:
+        """Pose at the times t: (...,) in s → (..., 4, 4)."""
+        t = times(t)
+        inside = np.clip(t, 0.0, self.duration)
+        k = np.searchsorted(self._knots, inside, side="right") - 1
+        out: Array = self._poses[k] @ exp(magnus(self._inside, self._knots[k], inside))
+        if (t != inside).any():
+            out = out @ exp((t - inside)[..., None] * self._inside(inside))
+        return out
+
+    def twist(self, t: ArrayLike) -> Array:
+        """Twist at the times t: (...,) in s → (..., 6), (V, Ω) in m/s and rad/s."""
+        return self._inside(np.clip(times(t), 0.0, self.duration))
+
+    def acceleration(self, t: ArrayLike) -> Array:
+        """Derivative of the twist: (...,) in s → (..., 6), m/s² and rad/s²."""
+        t = times(t)
+        inside = np.clip(t, 0.0, self.duration)
+        u = inside / self.duration
+        slope = np.ones_like(u) if self.profile == "linear" else 6 * u * (1 - u)
+        slope = np.where(t == inside, slope, 0.0)
+        return slope[..., None] * ((self.B - self.A) / self.duration)
+
+    def _inside(self, t: Array) -> Array:
+        u = (t / self.duration)[..., None]
+        share = u if self.profile == "linear" else u * u * (3 - 2 * u)
+        out: Array = self.A + (self.B - self.A) * share
+        return out
+
+
+class _Segment(NamedTuple):
+    """A part or a blend: when it begins, and the pose that its own motion is carried by."""
+
+    start: float
+    carrier: Array
+    motion: Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Linked(Trajectory):
+    """Motions one after another, each from where the one before it ends.
+
+    Only how a part moves counts, not where it was described to start. A blend takes the time that
+    its limits need, between the parts, which keep their own durations:
+    ``h = σ'max · max(|ΔV|/a, |ΔΩ|/α)``, σ'max = 1 (linear) or 1.5 (smooth). With linear blends
+    the twist is continuous; with smooth ones the acceleration is so too wherever the parts begin
+    and end without one. The limits hold in the blends; what parts do inside (their acceleration,
+    the turning points of a triangle) is theirs. With "none" ``jumps`` tells what linking did.
+
+    oTc0: (4, 4); parts: at least one, each of finite duration; blend: "none", "linear" or
+    "smooth"; max_acceleration: (a, α), m/s² and rad/s²; from_rest, to_rest: blend from and to zero
+    twist at the ends. Raises InputError for values out of range and for rests without a blend.
+    """
+
+    oTc0: Array
+    parts: Sequence[Trajectory]
+    blend: Blending = "linear"
+    max_acceleration: tuple[float, float] = (0.1, 0.5)
+    from_rest: bool = False
+    to_rest: bool = False
+    duration: float = field(init=False)
+    _segments: tuple[_Segment, ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not self.parts or not all(math.isfinite(part.duration) for part in self.parts):
+            raise InputError("parts: give at least one motion, each of finite duration.")
+        if self.blend not in ("none", *STEEPEST):
+            raise InputError(
+                f"blend: {self.blend!r} is no choice; give 'none', 'linear' or 'smooth'."
+            )
+        limits = vector("max_acceleration", self.max_acceleration, 2)
+        if not (limits > 0).all():
+            raise InputError(
+                f"max_acceleration: {self.max_acceleration} must be above 0; give (m/s², rad/s²)."
+            )
+        if self.blend == "none" and (self.from_rest or self.to_rest):
+            raise InputError(
+                "from_rest, to_rest: without a blend nothing leads from or to rest; give blend = "
+                '"linear" or "smooth", or leave them out.'
+            )
+        segments = []
+        start, oTc = 0.0, np.array(self.oTc0, dtype=np.float64)
+        for motion in self._chain():
+            carrier = oTc @ inverse(motion.pose(0.0))
+            segments.append(_Segment(start, carrier, motion))
+            start, oTc = start + motion.duration, carrier @ motion.pose(motion.duration)
+        object.__setattr__(self, "parts", tuple(self.parts))
+        object.__setattr__(self, "_segments", tuple(segments))
+        object.__setattr__(self, "duration", start)
+
+    def _chain(self) -> Iterator[Trajectory]:
+        """Parts and the blends between them, in order."""
+        before = np.zeros(6) if self.from_rest else None
+        for part in self.parts:
+            if before is not None:
+                yield from self._passage(before, part.twist(0.0))
+            yield part
+            before = part.end_twist
+        if self.to_rest and before is not None:
+            yield from self._passage(before, np.zeros(6))
+
+    def _passage(self, A: Array, B: Array) -> Iterator[Blend]:
+        if self.blend == "none" or not _differ(A, B):
+            return
+        # hypot, because the squares of the tiniest changes vanish.
+        V, Omega = math.hypot(*(B[:3] - A[:3])), math.hypot(*(B[3:] - A[3:]))
+        a, alpha = self.max_acceleration
+        h = STEEPEST[self.blend] * max(V / a, Omega / alpha)
+        yield Blend(np.eye(4), A, B, h, self.blend)
+
+    def pose(self, t: ArrayLike) -> Array:
+        """Pose at the times t: (...,) in s → (..., 4, 4)."""
+        return self._each(t, (4, 4), lambda s, t: s.carrier @ s.motion.pose(t))
+
+    def twist(self, t: ArrayLike) -> Array:
+        """Twist at the times t: (...,) in s → (..., 6), (V, Ω) in m/s and rad/s."""
+        return self._each(t, (6,), lambda s, t: s.motion.twist(t))
+
+    def acceleration(self, t: ArrayLike) -> Array:
+        """Derivative of the twist: (...,) in s → (..., 6), m/s² and rad/s²."""
+        return self._each(t, (6,), lambda s, t: s.motion.acceleration(t))
+
+    @property
+    def jumps(self) -> tuple[Jump, ...]:
+        """Where the twist jumps: inside the parts, and between them where there is no blend."""
+        out: list[Jump] = []
+        for number, (start, _, motion) in enumerate(self._segments):
+            if number:
+                before = self._segments[number - 1].motion.end_twist
+                after = motion.twist(0.0)
+                if _differ(before, after):
+                    out.append(Jump(start, after - before))
+            out += [Jump(start + t, size) for t, size in motion.jumps]
+        return tuple(out)
+
+    def _each(
+        self, t: ArrayLike, shape: tuple[int, ...], ask: Callable[[_Segment, Array], Array]
+    ) -> Array:
+        """Ask every segment for the times that are its own."""
+        t = times(t)
+        flat = t.ravel()
+        starts = np.array([segment.start for segment in self._segments])
+        owner = np.clip(np.searchsorted(starts, flat, side="right") - 1, 0, None)
+        out = np.empty((flat.size, *shape))
+        for k in np.unique(owner):
+            mine = owner == k
+            out[mine] = ask(self._segments[k], flat[mine] - starts[k])
+        return out.reshape(*t.shape, *shape)
+
+
+def magnus(twist: Callable[[Array], Array], t0: Array, t1: Array) -> Array:
+    """Twist whose exponential is the motion from t0 to t1 under ``oTc' = oTc · hat(T(t))``.
+
+    (...,), (...,) in s → (..., 6); error of order seven in the interval, none where the twists of
+    the interval commute.
+    """
+    h = np.asarray(t1 - t0)[..., None]
+    # The expansion is that of Y' = A Y; here Y = oTc⁻¹ and A = −hat(T), and the sign goes back.
+    a, b, c = (-h * twist(t0 + node * (t1 - t0)) for node in _NODES)
+    one, two, three = b, math.sqrt(15) / 3 * (c - a), 10 / 3 * (c - 2 * b + a)
+    inner = bracket(one, two)
+    outer = -bracket(one, 2 * three + inner) / 60
+    out: Array = one + three / 12 + bracket(-20 * one - three + inner, two + outer) / 240
+    return -out
+
+
+def _differ(A: Array, B: Array) -> bool:
+    scale = ROUNDING * (np.abs(A) + np.abs(B)).max()
+    return bool((np.abs(B - A) > scale).any())

@@ -1,0 +1,149 @@
+"""Which kind of motion a table of a scenario is, and the kind that links others.
+
+A file without ``kind`` is a screw, so that constant twists need no more than V and Omega.
+"""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field, model_validator
+
+from vsctrl.servo import fields
+from vsctrl.servo.linked import Blending, Linked
+from vsctrl.servo.motions import (
+    KIND,
+    HoldMotion,
+    Motion,
+    OscillationMotion,
+    PathMotion,
+    RotationMotion,
+    ScrewMotion,
+)
+from vsctrl.servo.tables import MaybeLimits, Switch, not_a_table
+from vsctrl.servo.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+Part = Annotated[
+    ScrewMotion | HoldMotion | RotationMotion | OscillationMotion | PathMotion,
+    Field(discriminator="kind"),
+]
+
+
+def _kind(value: object) -> object:
+    return value.get("kind", "screw") if isinstance(value, Mapping) else None
+
+
+def _part(value: object) -> Motion:
+    """One part of a linked motion. Raises FieldsError that lists everything wrong with it."""
+    if isinstance(value, LinkedMotion) or _kind(value) == "linked":
+        sentence = "a linked motion cannot be a part; list its parts here instead"
+        raise fields.FieldsError([("kind", sentence)])
+    part: Motion = pick(value, "[motion.parts]")
+    if isinstance(part, PathMotion) and part.frame == "object":
+        sentence = (
+            "a part begins where the one before it ends; give its poses from there, with "
+            'frame = "start"'
+        )
+        raise fields.FieldsError([("frame", sentence)])
+    return part
+
+
+def _parts(value: object) -> tuple[Motion, ...]:
+    """Every part of a linked motion, or all that is wrong with all of them."""
+    if not isinstance(value, list | tuple) or not value:
+        raise ValueError(
+            f"{fields.show(value)} is no list of motions; write one table [[motion.parts]] for each"
+        )
+    out: list[Motion] = []
+    problems: list[tuple[str, str]] = []
+    for number, entry in enumerate(value, start=1):
+        try:
+            out.append(_part(entry))
+        except fields.FieldsError as error:
+            problems += [
+                ("", f"part {number}, {name}: {text}" if name else f"part {number}: {text}")
+                for name, text in error.problems
+            ]
+    if problems:
+        raise fields.FieldsError(problems)
+    return tuple(out)
+
+
+class LinkedMotion(Motion):
+    """kind = "linked": motions one after another, with blends between their twists."""
+
+    kind: Literal["linked"] = Field(description=KIND)
+    blend: Annotated[Blending, BeforeValidator(fields.choice(*get_args(Blending)))] = Field(
+        "linear", description="between the parts: none (jumps), linear (twist) or smooth"
+    )
+    max_acceleration: MaybeLimits = Field(
+        None, description="greatest linear and angular acceleration of the blends, m/s² and rad/s²"
+    )
+    from_rest: Switch = Field(False, description="begin with a blend from rest")
+    to_rest: Switch = Field(False, description="end with a blend to rest")
+    parts: Annotated[tuple[Part, ...], BeforeValidator(_parts)] = Field(
+        description="the motions, one table each, from where the one before it ends"
+    )
+
+    @model_validator(mode="after")
+    def _limits_of_a_blend(self) -> Self:
+        problems = []
+        if self.blend == "none":
+            sentence = 'belongs to a blend, and blend is "none"; choose another blend or leave it'
+            given = {"max_acceleration": self.max_acceleration is not None}
+            given |= {"from_rest": self.from_rest, "to_rest": self.to_rest}
+            problems = [(name, f"{sentence} out") for name, there in given.items() if there]
+        elif self.max_acceleration is None:
+            problems = [
+                (
+                    "max_acceleration",
+                    "missing; give the limits of the blends, such as [0.1, 0.5] "
+                    'in m/s² and rad/s², or blend = "none"',
+                )
+            ]
+        if problems:
+            raise fields.FieldsError(problems)
+        return self
+
+    @property
+    def duration(self) -> float:
+        """Length of the run with its blends, s."""
+        return self.trajectory(np.eye(4)).duration
+
+    def trajectory(self, oTc0: Array) -> Trajectory:
+        """Parts and blends from a start pose (4, 4). Raises InputError where impossible."""
+        return Linked(
+            oTc0,
+            [part.trajectory(np.eye(4)) for part in self.parts],
+            self.blend,
+            self.max_acceleration or (1.0, 1.0),
+            self.from_rest,
+            self.to_rest,
+        )
+
+
+AnyMotion = Annotated[
+    ScrewMotion | HoldMotion | RotationMotion | OscillationMotion | PathMotion | LinkedMotion,
+    Field(discriminator="kind"),
+]
+KINDS: dict[str, type[Motion]] = {model.name(): model for model in Motion.__subclasses__()}
+MOTION_FIELDS = frozenset(name for model in KINDS.values() for name in model.model_fields)
+
+
+def pick(value: object, table: str = "motion") -> Any:
+    """The motion that a table describes, of the kind that it names ("screw" where it names none).
+
+    Raises FieldsError that lists everything wrong with it, by the names of its keys.
+    """
+    if isinstance(value, Motion):
+        return value
+    if not isinstance(value, Mapping):
+        raise fields.FieldsError([("", not_a_table(value, table))])
+    try:
+        kind = fields.choice(*KINDS)(_kind(value))
+    except ValueError as error:
+        raise fields.FieldsError([("kind", str(error))]) from None
+    return KINDS[kind](**{str(key): entry for key, entry in value.items()})

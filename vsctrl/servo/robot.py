@@ -1,0 +1,250 @@
+"""The robots that carry the camera: none at all, or a gantry with a wrist of three rotations.
+
+The gantry has the kinematics of Inria's AFMA6, on which the paper's kind of experiment is run:
+three crossed slides, then a vertical axis (4), a horizontal one (5) and the tool's own (6), where
+turning joint 5 also turns the tool a little through the gears. It is written as a product of
+exponentials. Left out: the robot's dynamics, its friction and the play of its gears.
+
+Sources: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation (1994), chapter 3;
+the geometry and its constants are those documented by ViSP for its class vpAfma6.
+"""
+
+from dataclasses import dataclass, field
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vsctrl.errors import InputError
+from vsctrl.servo.pose import adjoint, bracket, exp, inverse
+from vsctrl.servo.trajectory import vector
+
+Array = NDArray[np.float64]
+
+# Below this |cos q5| axes 4 and 6 are one to rounding, and only their sum can be told.
+ALIGNED = 1e-9
+# Orientation of the end effector with every joint at 0: its x, y, z along z, x, y of the base.
+_HOME = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+
+
+@dataclass(frozen=True, slots=True)
+class FreeCamera:
+    """A camera that moves as it is told: no joints, so no limits of joints."""
+
+
+@dataclass(frozen=True, eq=False)
+class Gantry:
+    """Cartesian robot with a wrist: ``bTc(q) = e^{ξ₁θ₁} … e^{ξ₆θ₆} · home · eTc``.
+
+    Joints 1-3 slide along x, y, z of the base; 4 turns about the vertical, 5 about a horizontal
+    axis, 6 about the tool's z. ``θ = q`` but for the gears: ``θ₆ = q₆ − coupling · q₅``. Axes 5 and
+    6 meet at the end effector, ``offset`` away from axis 4. The wrist is singular at cos q₅ = 0.
+
+    bTo: (4, 4), the object in the frame of the robot's base; eTc: (4, 4), the camera in the frame
+    of the end effector (hand-eye). offset: m; coupling: rad/rad. lower, upper: (6,), m and rad;
+    speeds: (6,), m/s and rad/s; accelerations: (6,), m/s² and rad/s² (no figure is published for
+    this robot: the default reaches full speed in 0.2 s). wrist_margin: least |cos q₅| allowed; 0
+    lets a path cross the singularity. Raises InputError for values out of range.
+    """
+
+    bTo: Array = field(default_factory=lambda: np.eye(4))
+    eTc: Array = field(default_factory=lambda: np.eye(4))
+    offset: float = -0.06924
+    coupling: float = 0.009091
+    lower: Array = field(
+        default_factory=lambda: np.array([-0.7501, -0.6501, -0.5001, -2.7301, -0.3001, -1.5901])
+    )
+    upper: Array = field(
+        default_factory=lambda: np.array([0.6001, 0.6701, 0.4601, 2.7301, 2.4801, 1.5901])
+    )
+    speeds: Array = field(default_factory=lambda: np.array([0.2] * 3 + [0.7] * 3))
+    accelerations: Array = field(default_factory=lambda: np.array([1.0] * 3 + [3.5] * 3))
+    wrist_margin: float = 0.02
+
+    def __post_init__(self) -> None:
+        for name in ("bTo", "eTc"):
+            _keep(self, name, _rigid(name, getattr(self, name)))
+        for name in ("lower", "upper"):
+            _keep(self, name, vector(name, getattr(self, name), 6))
+        for name in ("speeds", "accelerations"):
+            value = np.array(getattr(self, name), dtype=np.float64)
+            if value.shape != (6,) or not (value > 0).all():
+                raise InputError(
+                    f"{name}: {getattr(self, name)!r} does not limit six joints; give 6 numbers "
+                    "above 0 (infinite where there is no limit)."
+                )
+            _keep(self, name, value)
+        vector("offset, coupling", [self.offset, self.coupling], 2)
+        if not (self.lower < self.upper).all():
+            k = int(np.argmin(self.lower < self.upper))
+            raise InputError(
+                f"lower: joint {k + 1} begins at {self.lower[k]:g} and ends at {self.upper[k]:g}; "
+                "give lower limits below the upper ones."
+            )
+        if not 0 <= self.wrist_margin < 1:
+            raise InputError(
+                f"wrist_margin: {self.wrist_margin!r} is no share |cos q5|; give 0 to below 1."
+            )
+
+    @classmethod
+    def seeing(cls, oTc: ArrayLike, q: ArrayLike, eTc: ArrayLike | None = None) -> Self:
+        """The gantry with the object put where its camera, at joints q, has the pose oTc.
+
+        oTc: (4, 4); q: (6,) in m and rad; eTc: (4, 4), identity where left out.
+        """
+        mount = cls(eTc=np.eye(4) if eTc is None else np.asarray(eTc, dtype=np.float64))
+        return cls(
+            bTo=mount.forward(vector("q", q, 6)) @ inverse(_rigid("oTc", oTc)), eTc=mount.eTc
+        )
+
+    def forward(self, q: ArrayLike) -> Array:
+        """Pose bTc of the camera in the base for joints q: (..., 6) in m, rad → (..., 4, 4)."""
+        return self._suffixes(q)[0]
+
+    def jacobian(self, q: ArrayLike) -> Array:
+        """Jacobian of the camera, ``T = J(q) q'`` in the camera frame: (..., 6) → (..., 6, 6)."""
+        out: Array = self._screws_seen(q) @ self._gears
+        return out
+
+    def both(self, bTc: ArrayLike) -> Array:
+        """Both solutions of the wrist, cos q₅ ≥ 0 first: (..., 4, 4) → (..., 2, 6) in m, rad.
+
+        Angles θ lie in [−π, π], whatever the limits. Where axes 4 and 6 are one, θ₄ = 0 or ±π.
+        """
+        return np.stack([self._solve(bTc, sign) for sign in (1.0, -1.0)], axis=-2)
+
+    def nearest(self, bTc: ArrayLike, q: ArrayLike) -> Array:
+        """The solution nearest to joints q in its wrist, whole turns included.
+
+        (..., 4, 4), (..., 6) in m and rad → (..., 6). Where axes 4 and 6 are one q₄ stays.
+        """
+        q = np.asarray(q, dtype=np.float64)
+        near = self._theta(q)
+        best = np.zeros(q.shape)
+        least = np.full(q.shape[:-1], np.inf)
+        for sign in (1.0, -1.0):
+            theta = self._theta(self._solve(bTc, sign, near[..., 3]))
+            theta[..., 3:] += 2 * np.pi * np.round((near - theta)[..., 3:] / (2 * np.pi))
+            away = np.abs(theta - near)[..., 3:].sum(axis=-1)
+            best = np.where((away < least)[..., None], theta, best)
+            least = np.minimum(away, least)
+        return self._undo_gears(best)
+
+    def rates(self, q: Array, T: Array, dT: Array) -> tuple[Array, Array]:
+        """Speeds and accelerations of the joints: ``q' = J⁻¹ T``, ``q'' = J⁻¹ (T' − J' q')``.
+
+        q, T, dT: (..., 6), joints, twist of the camera and its derivative. Where axes 4 and 6 are
+        one the least solution. Returns (..., 6) twice.
+        """
+        J = self._screws_seen(q)
+        dtheta = _solve_linear(J, T, q[..., 4])
+        moved = J * dtheta[..., None, :]
+        # A screw is carried by the joints after it: J_j' = [J_j, Σ_{k>j} J_k θ_k'].
+        later = np.cumsum(moved[..., ::-1], axis=-1)[..., ::-1] - moved
+        turning = np.swapaxes(bracket(np.swapaxes(J, -1, -2), np.swapaxes(later, -1, -2)), -1, -2)
+        carried = np.squeeze(turning @ dtheta[..., None], -1)
+        ddtheta = _solve_linear(J, dT - carried, q[..., 4])
+        return self._undo_gears(dtheta), self._undo_gears(ddtheta)
+
+    def singularity(self, q: ArrayLike) -> Array:
+        """How far the wrist is from its singularity, |cos q₅|: (..., 6) → (...,)."""
+        out: Array = np.abs(np.cos(np.asarray(q, dtype=np.float64)[..., 4]))
+        return out
+
+    @property
+    def _gears(self) -> Array:
+        out = np.eye(6)
+        out[5, 4] = -self.coupling
+        return out
+
+    def _theta(self, q: ArrayLike) -> Array:
+        theta = np.array(q, dtype=np.float64)
+        theta[..., 5] -= self.coupling * theta[..., 4]
+        return theta
+
+    def _undo_gears(self, theta: Array) -> Array:
+        q = np.array(theta)
+        q[..., 5] += self.coupling * q[..., 4]
+        return q
+
+    @property
+    def _screws(self) -> Array:
+        """ξ of the six joints in the base with every joint at 0, (6, 6), one a row."""
+        screws = np.eye(6)
+        screws[3:] = 0.0
+        screws[3, 5] = screws[4, 3] = screws[5, 4] = 1.0
+        screws[5, 2] = self.offset  # axis 6 passes through (offset, 0, 0): v = −ω × p
+        return screws
+
+    def _suffixes(self, q: ArrayLike) -> list[Array]:
+        """From each joint j on: ``e^{ξ_j θ_j} … e^{ξ₆θ₆} · home · eTc``, (..., 4, 4) each."""
+        theta = self._theta(q)
+        home = np.eye(4)
+        home[:3, :3], home[0, 3] = _HOME, self.offset
+        last = np.broadcast_to(home @ self.eTc, (*theta.shape[:-1], 4, 4))
+        out: list[Array] = []
+        for k in reversed(range(6)):
+            last = exp(theta[..., k, None] * self._screws[k]) @ last
+            out.insert(0, last)
+        return out
+
+    def _screws_seen(self, q: ArrayLike) -> Array:
+        """Screws of the joints in the camera frame, (..., 6, 6), one a column: T = S θ'."""
+        columns = [
+            adjoint(inverse(suffix)) @ screw
+            for suffix, screw in zip(self._suffixes(q), self._screws, strict=True)
+        ]
+        return np.stack(columns, axis=-1)
+
+    def _solve(self, bTc: ArrayLike, sign: float, theta4: ArrayLike = 0.0) -> Array:
+        """One solution, with ``sign cos q₅ ≥ 0``; theta4 stands in where axes 4 and 6 are one."""
+        bTe = np.asarray(bTc, dtype=np.float64) @ inverse(self.eTc)
+        R = bTe[..., :3, :3]
+        x, y, z = R[..., 0, 2], R[..., 1, 2], R[..., 2, 2]  # (−s₄c₅, c₄c₅, s₅)
+        c5 = np.hypot(x, y)
+        theta4 = np.where(c5 > ALIGNED, np.arctan2(-sign * x, sign * y), theta4)
+        theta5 = np.arctan2(z, sign * c5)
+        c4, s4 = np.cos(theta4), np.sin(theta4)
+        # y of the end effector seen along axis 5, and x along it: cos and sin of θ₆.
+        theta6 = np.arctan2(
+            c4 * R[..., 0, 0] + s4 * R[..., 1, 0], c4 * R[..., 0, 1] + s4 * R[..., 1, 1]
+        )
+        arm = np.stack([c4, s4, np.zeros_like(c4)], axis=-1)
+        slides = bTe[..., :3, 3] - self.offset * arm
+        wrist = np.stack([theta4, theta5, theta6], axis=-1)
+        return self._undo_gears(np.concatenate([slides, wrist], axis=-1))
+
+
+Robot = FreeCamera | Gantry
+
+
+def _solve_linear(J: Array, b: Array, q5: Array) -> Array:
+    """J⁻¹ b; the least solution where the wrist is singular. (..., 6, 6), (..., 6) → (..., 6)."""
+    aligned = np.abs(np.cos(q5)) < ALIGNED
+    safe = np.where(aligned[..., None, None], np.eye(6), J)
+    out: Array = np.squeeze(np.linalg.solve(safe, b[..., None]), -1)
+    if aligned.any():
+        out[aligned] = np.squeeze(
+            np.linalg.pinv(J[aligned], rcond=10 * ALIGNED) @ b[aligned][..., None], -1
+        )
+    return out
+
+
+def _rigid(name: str, value: ArrayLike) -> Array:
+    out = np.array(value, dtype=np.float64)
+    if out.shape != (4, 4) or not np.isfinite(out).all():
+        raise InputError(f"{name}: an array of shape {out.shape} is no pose; give a finite (4, 4).")
+    R = out[:3, :3]
+    rigid = np.allclose(R.T @ R, np.eye(3), atol=1e-6) and np.linalg.det(R) > 0
+    if not rigid or not np.array_equal(out[3], [0.0, 0.0, 0.0, 1.0]):
+        raise InputError(
+            f"{name}: the matrix is no rigid motion; give a rotation, a translation and the row "
+            "0 0 0 1."
+        )
+    return out
+
+
+def _keep(owner: object, name: str, value: Array) -> None:
+    value = np.array(value)
+    value.setflags(write=False)
+    object.__setattr__(owner, name, value)

@@ -1,0 +1,121 @@
+"""Predicted, exact and measured in the simulator, side by side: the table of every experiment.
+
+A row says what theory promises, what six degrees of freedom did, how far apart they may be, and
+why. Making rows is left to the experiments.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from html import escape
+from typing import ClassVar
+
+from vsctrl.servo import Scenario
+
+Value = float | complex
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measured:
+    """One quantity: what `exact` theory says and what was `simulated`, which must agree.
+
+    `predicted` is the simpler law that one would use first, shown beside them (None where it has no
+    answer). `allowed` is the distance between exact and simulated that counts as agreement, and
+    `reason` where it comes from. A simulation without an answer disagrees; `note` says what
+    happened.
+    """
+
+    case: str
+    predicted: Value | None
+    exact: Value
+    simulated: Value | None
+    allowed: float
+    reason: str
+    note: str = ""
+
+    @property
+    def disagreement(self) -> float:
+        """How far the simulation is from exact theory, in their unit; infinite without one."""
+        if self.simulated is None:
+            return math.inf
+        apart = abs(self.simulated - self.exact)
+        return apart if math.isfinite(apart) else math.inf
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the disagreement is within what is allowed."""
+        return self.disagreement <= self.allowed
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """The rows of one experiment, and whether all of them agree."""
+
+    scenario: Scenario
+    rows: tuple[Measured, ...]
+
+    title: ClassVar[str]
+    columns: ClassVar[tuple[str, str, str]]  #: names of predicted, exact and simulated
+
+    @property
+    def agrees(self) -> bool:
+        """Whether every row agrees."""
+        return all(row.agrees for row in self.rows)
+
+    @property
+    def worst(self) -> Measured:
+        """The row that uses most of what it is allowed, or goes farthest beyond it."""
+        return max(self.rows, key=lambda row: row.disagreement / row.allowed)
+
+    def shown(self, value: Value | None) -> str:
+        """A value as the table prints it, a dash where there is none."""
+        return number(value, "+.4f")
+
+    def distance(self, value: float) -> str:
+        """A disagreement or what is allowed of it, in the unit of the values shown."""
+        return f"{value:.1e}" if math.isfinite(value) else "–"
+
+    def __str__(self) -> str:
+        body = [self._cells(row) for row in self.rows]
+        table = [self._head(), *body]
+        widths = [max(len(line[column]) for line in table) for column in range(6)]
+        lines = []
+        for cells in table:
+            texts = [cells[0].ljust(widths[0])]
+            texts += [text.rjust(width) for text, width in zip(cells[1:6], widths[1:], strict=True)]
+            lines.append("  ".join([*texts, cells[6].ljust(8), cells[7]]).rstrip())
+        return "\n".join([self.title, *lines])
+
+    def _repr_html_(self) -> str:
+        def line(tag: str, cells: list[str]) -> str:
+            return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+
+        body = "".join(line("td", self._cells(row)) for row in self.rows)
+        caption = f"<caption>{escape(self.title)}</caption>"
+        return f"<table>{caption}{line('th', self._head())}{body}</table>"
+
+    def _head(self) -> list[str]:
+        return ["case", *self.columns, "disagreement", "allowed", "", "since"]
+
+    def _cells(self, row: Measured) -> list[str]:
+        values = [self.shown(value) for value in (row.predicted, row.exact, row.simulated)]
+        mark = "agree" if row.agrees else "DISAGREE"
+        why = "; ".join(filter(None, (row.note, row.reason)))
+        texts = [*values, self.distance(row.disagreement), self.distance(row.allowed)]
+        return [row.case, *(text.replace("-", "−") for text in texts), mark, why]
+
+
+def number(value: Value | None, form: str) -> str:
+    """A number in the given format, a complex one with its imaginary part if that shows.
+
+    A dash where there is none, and never a negative zero.
+    """
+    if value is None:
+        return "–"
+    real, imag = (_unsigned_zero(format(part, form)) for part in (value.real, value.imag))
+    return real if float(imag) == 0 else f"{real}{imag}j"
+
+
+def _unsigned_zero(text: str) -> str:
+    return text.lstrip("+-") if float(text) == 0 else text
