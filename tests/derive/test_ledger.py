@@ -255,6 +255,30 @@ def test_the_lag_with_latency_is_what_steps_in_time_give(k, expected):
     assert lag_by_steps(2.5, 0.08, k) == pytest.approx(expected, abs=1e-11)
 
 
+@pytest.mark.parametrize(
+    ("start", "threshold", "with_term", "without"),
+    [(-32, 24, np.log(4 / 3) / 2.5, np.log(2) / 2.5), (32, 8, np.log(4) / 2.5, np.log(2) / 2.5)],
+)
+def test_which_law_is_faster_to_a_threshold_depends_on_the_start(
+    start, threshold, with_term, without
+):
+    """E' = −λE − (1 − k)v at v/λ = 16 mm by Euler steps of 10 µs, whose error is of that order."""
+    step, gain, speed = 1e-5, 2.5, 40.0
+    for k, expected in ((1, with_term), (0, without)):
+        error, steps = float(start), 0
+        while abs(error) > threshold:
+            error += step * (-gain * error - (1 - k) * speed)
+            steps += 1
+        assert steps * step == pytest.approx(expected, abs=5e-5)
+    correction = BY_NAME["fig. 5 convergence"].correction
+    assert "E₀ ≤ 0" in correction and "may be slower" in correction
+
+
+def test_one_slip_that_the_paper_repeats_is_not_counted_as_two():
+    assert "One slip with §4.2 by (14)" in BY_NAME["§4.1 by (14)"].correction
+    assert "One slip with §4.1 by (14)" in BY_NAME["§4.2 by (14)"].correction
+
+
 def test_the_printed_start_has_the_leds_behind_the_camera():
     leds = [[a, b, -0.125] for a in (-0.125, 0.125) for b in (-0.075, 0.075)]
     for order in ("XYZ", "ZYX", "xyz", "zyx"):

@@ -6,10 +6,11 @@ distortion come in by the chain rule and nowhere else.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 from sympy import Dummy, Expr, ImmutableMatrix, S, Symbol
 
-from vsctrl.derive.inputs import scalar
+from vsctrl.derive.inputs import decimals, scalar
 from vsctrl.derive.interaction import point_velocity
 from vsctrl.errors import InputError
 from vsctrl.symbols import F_x, F_y, X, Y, x, y, z
@@ -20,8 +21,9 @@ class Camera:
     """X = F_x x_d + skew y_d + u_0, Y = F_y y_d + v_0 of the normalised image point (x, y).
 
     ``focal`` (F_x, F_y), ``centre`` (u_0, v_0) and ``skew`` in pixels; ``distortion`` (k_1, k_2, …)
-    of (x_d, y_d) = (x, y)(1 + k_1 ρ² + k_2 ρ⁴ + …), ρ² = x² + y². Numbers or symbols. Without
-    arguments pixels from the principal point, as in eq. 15.
+    of (x_d, y_d) = (x, y)(1 + k_1 ρ² + k_2 ρ⁴ + …), ρ² = x² + y². Numbers or symbols; floats are
+    kept exactly as the decimals that they print as, 812.3 as 8123/10. Without arguments pixels from
+    the principal point, as in eq. 15.
     Errors: `InputError` for a focal length of 0 and for what is no number or expression.
     """
 
@@ -35,9 +37,9 @@ class Camera:
             given = getattr(self, field)
             if not isinstance(given, tuple | list) or (size and len(given) != size):
                 raise InputError(f"Camera: {field} = {given!r} must be a pair of numbers.")
-            entries = tuple(scalar(f"Camera: {field}[{i}]", e) for i, e in enumerate(given))
-            object.__setattr__(self, field, entries)
-        object.__setattr__(self, "skew", scalar("Camera: skew", self.skew))
+            entries = (scalar(f"Camera: {field}[{i}]", e) for i, e in enumerate(given))
+            object.__setattr__(self, field, tuple(map(decimals, entries)))
+        object.__setattr__(self, "skew", decimals(scalar("Camera: skew", self.skew)))
         if any(length.is_zero for length in self.focal):
             raise InputError(f"Camera: focal = {self.focal} has a zero; give lengths in pixels.")
 
@@ -79,6 +81,17 @@ class Camera:
         depth = Dummy("depth", positive=True)
         moved = moved.subs({x: x_n * z, y: y_n * z}, simultaneous=True).subs(z, depth)
         return moved.applyfunc(lambda entry: entry.expand().subs(depth, 1 / inverse_depth))
+
+
+def checked_camera(camera: Any) -> Camera:
+    """The camera itself. Errors: `InputError` for what is none."""
+    if not isinstance(camera, Camera):
+        raise InputError(
+            f"camera = {camera!r} is no camera; give derive.PIXELS or "
+            "derive.Camera(focal=(…, …), centre=(…, …)), or leave it out for normalised "
+            "coordinates."
+        )
+    return camera
 
 
 NORMALISED = Camera(focal=(S.One, S.One))

@@ -30,7 +30,7 @@ from sympy import (
 )
 from sympy.polys.matrices import DomainMatrix
 
-from vsctrl.derive.camera import NORMALISED, Camera
+from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.planes import PLANE, Plane, checked, symbols_of, velocity_on
 from vsctrl.derive.shorten import shortest
 from vsctrl.errors import InputError
@@ -68,7 +68,7 @@ class Primitive:
         if not isinstance(self.name, str) or not self.name.isidentifier():
             raise InputError(f"The name {self.name!r} of a primitive must be an identifier.")
         object.__setattr__(self, "plane", checked(f"Primitive {self.name!r}", self.plane))
-        self.camera.require_straight()
+        checked_camera(self.camera).require_straight()
         self._check_symbols()
         self._check_equation()
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 
-from sympy import Expr, ImmutableMatrix, Symbol, nan, oo, solve, zoo
+from sympy import Expr, Float, ImmutableMatrix, Symbol, nan, oo, solve, zoo
 
 from vsctrl.derive.inputs import vanishes
 from vsctrl.derive.interaction import (
@@ -131,7 +131,7 @@ class Feature:
                 f"distinct names that are identifiers; got {declared!r}."
             )
         for field in ("measures", "places"):
-            if not all(_is_pair(pair) for pair in getattr(self, field)):
+            if not all(is_pair(pair) for pair in getattr(self, field)):
                 raise InputError(
                     f"{field} of feature {self.name!r} must be pairs (symbol, expression); "
                     f"got {getattr(self, field)!r}."
@@ -201,14 +201,21 @@ class Feature:
                 f"coordinates and parameters; {names} is none of these."
             )
         for measure, expression in self.measures:
-            if not vanishes(expression - measure, placed):
+            if not vanishes(expression - measure, placed, within=_tolerance(expression, placed)):
                 raise InputError(
                     f"With its places, feature {self.name!r} does not give back its measure "
                     f"{measure}; check the expressions of both."
                 )
 
 
-def _is_pair(pair: object) -> bool:
+def _tolerance(expression: Expr, placed: dict[Symbol, Expr]) -> str:
+    """What counts as zero: floats give a measure back to rounding errors of the largest of them."""
+    floats = {abs(f) for e in (expression, *placed.values()) for f in e.atoms(Float)}
+    return "1e-20" if not floats else str(1e-13 * max(1.0, *map(float, floats)))
+
+
+def is_pair(pair: object) -> bool:
+    """Whether this is (symbol with a plain name, expression)."""
     return (
         isinstance(pair, tuple)
         and len(pair) == 2

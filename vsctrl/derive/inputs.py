@@ -13,6 +13,7 @@ from sympy import (
     Float,
     ImmutableMatrix,
     N,
+    Rational,
     Symbol,
     SympifyError,
     nan,
@@ -29,6 +30,8 @@ Vector: TypeAlias = Sequence[Any] | ImmutableMatrix
 
 #: What symbols are tried at, over 250: distinct, so that no two are equal by accident.
 PRIMES = (13, 29, 7, 37, 19, 43, 11, 31, 17, 41, 23, 47, 53, 59, 61, 67, 71, 73, 79, 83)
+
+DOUBLE = 53  #: bits of a double, which its shortest decimal gives back
 
 # A unit axis computed in doubles misses length 1 by a few rounding errors; typed digits miss more.
 _UNIT_TOLERANCE = 1e-12
@@ -49,6 +52,18 @@ def scalar(name: str, value: Any) -> Expr:
             "give a number or an expression of vsctrl.symbols."
         )
     return expression
+
+
+def decimals(expression: Expr) -> Expr:
+    """The expression with each float as the decimal that it prints as, 812.3 as 8123/10.
+
+    What is derived of exact numbers is exact, so that what cancels is 0; doubles leave 1e-17.
+    """
+    return expression.xreplace({f: _decimal(f) for f in expression.atoms(Float)})
+
+
+def _decimal(value: Float) -> Rational:
+    return Rational(repr(float(value)) if value._prec <= DOUBLE else str(value))
 
 
 def vector(name: str, value: Vector) -> ImmutableMatrix:

@@ -6,6 +6,7 @@ visual servoing of planar objects, IEEE Trans. Robotics 21 (2005) 1116-1127, giv
 come out here; their implementation is ViSP's vpFeatureMoment….
 """
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -18,12 +19,18 @@ from sympy import (
     Symbol,
     atan2,
     cancel,
+    nan,
+    oo,
     sqrt,
     symbols,
+    zoo,
 )
+from sympy.core.function import AppliedUndef
 
-from vsctrl.derive.camera import NORMALISED, Camera
+from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.contours import x_g, y_g
+from vsctrl.derive.features import is_pair
+from vsctrl.derive.interaction import differentiated, undifferentiated
 from vsctrl.derive.planes import PLANE, Plane, checked, symbols_of, velocity_on
 from vsctrl.derive.shorten import shortest
 from vsctrl.errors import InputError
@@ -64,8 +71,9 @@ class Moments:
     with in the end, such as (Z_star, a_n √(a/a*)). Arguments are the symbols of L: new ones in
     places, a, x_g, y_g, moments by their order, parameters, plane, camera. Where L holds no a but
     in n_ij = μ_ij/a, it is written in these (μ_ij/m_00 of a point set).
-    Errors: `InputError` for symbols that are undeclared, a feature that no motion changes, and a
-    lens that distorts.
+    Errors: `InputError` for symbols that are undeclared or mean two things, a feature that no
+    motion changes, an expression that is not finite or not differentiable, and a lens that
+    distorts.
     """
 
     name: str
@@ -83,7 +91,8 @@ class Moments:
         if not isinstance(self.dense, bool):
             raise InputError(f"dense = {self.dense!r} of feature {self.name!r} must be a bool.")
         object.__setattr__(self, "plane", checked(f"Moments {self.name!r}", self.plane))
-        self.camera.require_straight()
+        checked_camera(self.camera).require_straight()
+        self._check_symbols()
         self._check_expressions()
 
     @property
@@ -102,7 +111,7 @@ class Moments:
         s = ImmutableMatrix(self.expressions)
         used = sorted(s.free_symbols - set(self.parameters), key=str)
         rates = _Rates(velocity_on(self.plane, self.camera), self.dense)
-        L = s.jacobian(used) * ImmutableMatrix.vstack(*(rates.of(symbol) for symbol in used))
+        L = differentiated(s, used) * ImmutableMatrix.vstack(*(rates.of(symbol) for symbol in used))
         size = a if self.dense else m(0, 0)
         L = L.xreplace(dict(self.places))
         if not self.dense:
@@ -114,11 +123,37 @@ class Moments:
         L = L.applyfunc(cancel) if by_size.has(size) else by_size
         return L.applyfunc(lambda entry: shortest(entry, symbols_of(self.plane)))
 
+    def _check_symbols(self) -> None:
+        """Every name must mean one thing: moments, parameters, plane and camera share no symbol."""
+        if not isinstance(self.parameters, tuple) or not all(
+            isinstance(s, Symbol) and s.name.isidentifier() for s in self.parameters
+        ):
+            raise InputError(
+                f"parameters of feature {self.name!r} must be a tuple of symbols whose names are "
+                f"identifiers; got {self.parameters!r}."
+            )
+        if not isinstance(self.places, tuple) or not all(map(is_pair, self.places)):
+            raise InputError(
+                f"places of feature {self.name!r} must be pairs (symbol, expression); "
+                f"got {self.places!r}."
+            )
+        own = (X, Y, a, x_g, y_g, *_table())
+        others = (*self.parameters, *symbols_of(self.plane), *self.camera.parameters)
+        new = set[Symbol]().union(*(place.free_symbols for _, place in self.places))
+        names = [symbol.name for symbol in (*own, *others, *(new - {*own, *others}))]
+        twice = sorted({name for name, times in Counter(names).items() if times > 1})
+        if twice:
+            raise InputError(
+                f"Feature {self.name!r} uses {', '.join(twice)} for two things; moments, a, x_g, "
+                "y_g, parameters, plane and camera need distinct names, and X and Y are the image "
+                "point."
+            )
+
     def _check_expressions(self) -> None:
         if not isinstance(self.expressions, tuple) or not self.expressions:
             raise InputError(f"expressions of feature {self.name!r} must be a tuple, not empty.")
         known = {a, x_g, y_g, *_table()} - set(_ratios().values())
-        size = set() if self.dense else {m(0, 0)}
+        fixed = {mu(1, 0), mu(0, 1)} | (set() if self.dense else {m(0, 0), mu(0, 0)})
         for expression in self.expressions:
             if not isinstance(expression, Expr):
                 raise InputError(
@@ -132,10 +167,23 @@ class Moments:
                     f"Feature {self.name!r} uses {', '.join(unknown)}, which is no moment; take "
                     "m(i, j), mu(i, j), x_g, y_g or a, or add it to parameters."
                 )
-            if not free & (known - size - {mu(1, 0), mu(0, 1)}):
+            if not free & (known - fixed):
                 raise InputError(
-                    f"The expression {expression} of feature {self.name!r} never changes: μ_10 "
-                    "and μ_01 are 0, and m_00 of a point set is the number of its points."
+                    f"The expression {expression} of feature {self.name!r} never changes: μ_10 and "
+                    "μ_01 are 0, and m_00 = μ_00 of a point set is the number of its points."
+                )
+            there = expression.xreplace({mu(1, 0): S.Zero, mu(0, 1): S.Zero})
+            if any(e.has(nan, oo, -oo, zoo) for e in (expression, there)):
+                raise InputError(
+                    f"The expression {expression} of feature {self.name!r} is not finite wherever "
+                    "the object is; μ_10 and μ_01 are 0."
+                )
+            rough = undifferentiated(differentiated([expression], sorted(free & known, key=str)))
+            rough = rough or next(iter(expression.atoms(AppliedUndef)), None)
+            if rough is not None:
+                raise InputError(
+                    f"The expression {expression} of feature {self.name!r} is not differentiable: "
+                    f"its derivative holds {rough}; write it with smooth functions of the moments."
                 )
 
 

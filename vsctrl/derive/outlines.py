@@ -10,7 +10,7 @@ from functools import cached_property
 
 from sympy import Expr, ImmutableMatrix, Symbol, atan2, diag, eye, sqrt, symbols
 
-from vsctrl.derive.camera import NORMALISED, Camera
+from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.features import Feature
 from vsctrl.derive.interaction import chain_rule
 from vsctrl.derive.planes import Plane
@@ -125,7 +125,7 @@ def _outline(
 
 def _matrix(camera: Camera) -> ImmutableMatrix:
     """K of (X, Y, 1) = K (x, y, 1). Errors: `InputError` for a lens that distorts."""
-    camera.require_straight()
+    checked_camera(camera).require_straight()
     image = ImmutableMatrix([*camera.image(X, Y)])
     linear = image.jacobian([X, Y])
     return diag(linear, 1) + ImmutableMatrix(

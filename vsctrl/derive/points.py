@@ -18,7 +18,7 @@ from sympy import (
     symbols,
 )
 
-from vsctrl.derive.camera import NORMALISED, Camera
+from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.features import Feature
 from vsctrl.derive.outlines import SeenSphere
 from vsctrl.errors import InputError, nearest
@@ -36,7 +36,7 @@ def Point(camera: Camera = NORMALISED) -> Feature:
     distorts, X and Y stand for the undistorted normalised point. Singular at z = 0.
     Source: eq. 15 with ``camera=PIXELS``; ViSP's vpFeaturePoint without.
     """
-    return Feature("point", camera.image(x / z, y / z), **_image_point(camera))
+    return Feature("point", checked_camera(camera).image(x / z, y / z), **_image_point(camera))
 
 
 def PolarPoint(camera: Camera = NORMALISED) -> Feature:
@@ -47,6 +47,7 @@ def PolarPoint(camera: Camera = NORMALISED) -> Feature:
     singular at ρ = 0, where there is no angle; both rows at z = 0. In e, take θ − θ* into [−π, π].
     Errors: `InputError` for a lens that distorts. Source: ViSP's vpFeaturePointPolar.
     """
+    checked_camera(camera)
     rho = Symbol("rho", positive=True)
     (u, v), (u_0, v_0) = camera.image(x / z, y / z), camera.centre
     radius, angle = sqrt((u - u_0) ** 2 + (v - v_0) ** 2), atan2(v - v_0, u - u_0)
@@ -102,7 +103,7 @@ def Segment(camera: Camera = NORMALISED, normalised: bool = False) -> Feature:
     are infinite), and at z_i = 0. In e, take α − α* into [−π, π].
     Errors: `InputError` for a lens that distorts. Source: ViSP's vpFeatureSegment.
     """
-    camera.require_straight()
+    checked_camera(camera).require_straight()
     first, second = numbered(1), numbered(2)
     (X_1, Y_1), (X_2, Y_2) = (camera.image(a / c, b / c) for a, b, c in (first, second))
     length, angle = sqrt((X_1 - X_2) ** 2 + (Y_1 - Y_2) ** 2), atan2(Y_1 - Y_2, X_1 - X_2)
@@ -140,6 +141,7 @@ def VanishingPoint(camera: Camera = NORMALISED, form: str = "xy") -> Feature:
     Errors: `InputError` for another form and for a camera with a polar form, which is normalised.
     Source: ViSP's vpFeatureVanishingPoint.
     """
+    checked_camera(camera)
     if form in ("1/rho", "atan"):
         if camera != NORMALISED:
             raise InputError("A vanishing point in polar form is normalised; leave the camera out.")
@@ -194,7 +196,7 @@ def numbered(i: int) -> tuple[Symbol, Symbol, Symbol]:
 
 def _image_point(camera: Camera) -> dict[str, Any]:
     """The fields of a feature of one point that is written in its image and its depth."""
-    written = _written(camera)
+    written = _written(checked_camera(camera))
     x_n, y_n = written.normalised(X, Y)
     return {
         "points": ((x, y, z),),

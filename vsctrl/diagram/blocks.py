@@ -16,6 +16,7 @@ import sympy as sp
 
 from vsctrl.diagram import foreign
 from vsctrl.diagram.foreign import exact_number
+from vsctrl.diagram.quantities import shown
 from vsctrl.errors import InputError
 from vsctrl.symbols import s
 
@@ -38,7 +39,7 @@ class Sum:
     def __post_init__(self) -> None:
         if not isinstance(self.equation, str) or not (found := _SUM.fullmatch(self.equation)):
             raise InputError(
-                f"Sum: {self.equation!r} is no equation; write it like 'e = S_ref - S_meas'."
+                f"Sum: {shown(self.equation)} is no equation; write it like 'e = S_ref - S_meas'."
             )
         terms: list[tuple[int, str]] = []
         rest = found["terms"]
@@ -103,13 +104,15 @@ class Block:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.strip():
-            raise InputError(f"Block: the name {self.name!r} is empty; give every block a name.")
-        if not isinstance(self.wiring, str) or not (found := _ARROW.fullmatch(self.wiring)):
             raise InputError(
-                f"Block {self.name!r}: the wiring {self.wiring!r} is not understood; "
-                "write it like 'u -> y'."
+                f"Block: the name {shown(self.name)} is empty; give every block a name."
             )
         expr = _expression(foreign.expression(self.expr, self.name), self.name)
+        if not isinstance(self.wiring, str) or not (found := _ARROW.fullmatch(self.wiring)):
+            raise InputError(
+                f"Block {self.name!r}: the wiring {shown(self.wiring)} is not understood; "
+                "write it like 'u -> y'."
+            )
         object.__setattr__(self, "expr", expr)
         object.__setattr__(self, "input", signal_name(found["input"], self.wiring))
         object.__setattr__(self, "output", signal_name(found["output"], self.wiring))
@@ -226,12 +229,15 @@ def _hidden(poly: sp.Poly, gens: tuple[sp.Symbol, ...]) -> bool:
 def _expression(value: Any, name: str) -> sp.Expr:
     """A block's gain as a SymPy expression in our s; numbers are taken exactly as they read."""
     if isinstance(value, bool | str) or not isinstance(value, sp.Expr | int | float | Fraction):
-        if not hasattr(value, "__float__") or isinstance(value, bool | str):
+        try:
+            if not hasattr(value, "__float__") or isinstance(value, bool | str):
+                raise TypeError
+            value = float(value)
+        except (TypeError, ValueError):
             raise InputError(
-                f"Block {name!r}: {value!r} is no transfer function; "
+                f"Block {name!r}: {shown(value)} is no transfer function; "
                 "give a number or a SymPy expression in s."
-            )
-        value = float(value)
+            ) from None
     if isinstance(value, float):
         value = exact_number(value, f"Block {name!r}")
     expr = sp.Rational(value) if isinstance(value, int | Fraction) else value

@@ -29,6 +29,7 @@ Complex = NDArray[np.complex128]
 MOST_CHANNELS = 10  #: delays that feed through in one loop: f has up to 2^m terms
 MOST_STEPS = 5_000  #: degree of f as a polynomial of e^{−sh}, h the common divisor
 MOST_SAMPLES = 2**20
+MOST_TURNS = 100  #: of the longest delay, in which what passes the delays is looked at
 
 
 class _Terms(NamedTuple):
@@ -203,6 +204,63 @@ class Chains:
             e = np.exp(-np.outer(s, late)) * c
             right = np.abs(1 + e.sum(1)) < 1e-11 * (1 + np.abs(e).sum(1))
         return np.asarray(s[right], complex)
+
+
+@dataclass(frozen=True)
+class Through:
+    """What a one-input, one-output system with delays tends to as ω → ∞, called with ω (rad/s).
+
+        D₁₁ + D₁₂ (I − Δ D₂₂)⁻¹ Δ D₂₁,   Δ = diag e^{−jωτ}
+
+    `D` (1 + m, 1 + m) and the m delays that high frequencies pass. It repeats after `stretch`
+    (rad/s), in which the longest delay turns `turns` times; of delays without a common divisor
+    that is not too small `MOST_TURNS` of them stand for all.
+    """
+
+    D: Array
+    delays: tuple[Fraction, ...]
+
+    @classmethod
+    def of(cls, system: DelaySystem, sign: int) -> Through:
+        """That of a system with one input and one output, times `sign`."""
+        D = system.D.copy()
+        reach = (D != 0) | np.eye(len(D), dtype=bool)
+        for _ in range(len(D).bit_length()):
+            reach = reach | (reach @ reach)
+        passed = [j for j in range(1, len(D)) if reach[0, j] and reach[j, 0]]
+        D[0] *= sign
+        keep = [0, *passed]
+        return cls(D[np.ix_(keep, keep)], tuple(system.delays[j - 1] for j in passed))
+
+    @property
+    def limit(self) -> complex:
+        """The limit, NaN where there is none; what is but rounding is 0."""
+        if self.delays:
+            return complex(math.nan)
+        return complex(self.D[0, 0]) if abs(self.D[0, 0]) > 1e-12 else 0j
+
+    @property
+    def turns(self) -> int:
+        """How often the longest delay turns e^{−jωτ} in a stretch; 0 without delays."""
+        if not self.delays:
+            return 0
+        return min(int(max(self.delays) / self._divisor()), MOST_TURNS)
+
+    @property
+    def stretch(self) -> float:
+        """The period, or how far the stretch reaches that stands for it (rad/s)."""
+        return 2 * math.pi * self.turns / float(max(self.delays))
+
+    def __call__(self, omega: Array) -> Complex:
+        late = np.array([float(tau) for tau in self.delays])
+        lag = np.exp(-1j * np.asarray(omega)[..., None] * late)
+        inner = np.eye(len(late)) - lag[..., None] * self.D[1:, 1:]
+        w = np.linalg.solve(inner, lag[..., None] * self.D[1:, :1])
+        return np.asarray(self.D[0, 0] + (self.D[:1, 1:] @ w)[..., 0, 0], complex)
+
+    def _divisor(self) -> Fraction:
+        low = math.lcm(*(tau.denominator for tau in self.delays))
+        return Fraction(math.gcd(*(int(tau * low) for tau in self.delays)), low)
 
 
 def perron(matrix: Array) -> float:

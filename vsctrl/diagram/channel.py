@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.diagram import count, delay, frequency, pade, roots, superpose
+from vsctrl.diagram import chains, count, delay, frequency, pade, roots, superpose, transfer
 from vsctrl.diagram import history as remembered
 from vsctrl.diagram.blocks import Block
 from vsctrl.diagram.foreign import exact_number
-from vsctrl.diagram.signals import SIDES, Signal
-from vsctrl.errors import ImproperError, InputError
+from vsctrl.diagram.quantities import check_side, frequencies, points, reals, shown
+from vsctrl.diagram.signals import Signal
+from vsctrl.errors import ImproperError, InputError, LimitError
 from vsctrl.symbols import s as symbol_s
 
 if TYPE_CHECKING:
@@ -65,15 +66,18 @@ class Channel:
         return delay.realise(system.diagram, system.blocks, (self.source,), (self.target,))
 
     def __call__(self, s: ArrayLike) -> Any:
-        """The exact value at complex s (rad/s), any shape; infinite at a pole."""
-        at = np.asarray(s, complex)
+        """The exact value at complex s (rad/s), any shape; infinite at a pole.
+
+        Errors: `InputError` where s is not finite.
+        """
+        at = points("s", s)
         value = np.empty(at.shape, complex)
-        points, values = at.reshape(-1), value.reshape(-1)
+        flat, values = at.reshape(-1), value.reshape(-1)
         with np.errstate(all="ignore"):
-            for i in range(0, len(points), AT_ONCE):
+            for i in range(0, len(flat), AT_ONCE):
                 part = slice(i, i + AT_ONCE)
                 try:
-                    values[part] = self._compiled(points[part], *self.system.values.values())
+                    values[part] = self._compiled(flat[part], *self.system.values.values())
                 except ZeroDivisionError:  # a channel of constants divides Python's numbers
                     values[part] = np.nan
         lost = ~np.isfinite(value)
@@ -84,17 +88,36 @@ class Channel:
 
     @cached_property
     def _compiled(self) -> Callable[..., Any]:
-        return self.system.diagram.evaluator(self.source, self.target)
+        try:
+            return self.system.diagram.evaluator(self.source, self.target)
+        except InputError:
+            self.system.autonomous  # noqa: B018 - it names the blocks of a loop without a solution
+            raise
 
     def _where_a_block_is_infinite(self, at: complex) -> complex:
         """The channel's own value there: a quotient without poles, infinity, or a limit."""
         quotient = self.system.diagram.pole_free_evaluator(self.source, self.target)
         with np.errstate(all="ignore"):
             num, den = (complex(x) for x in quotient(at, *self.system.values.values()))
+        if not np.isfinite([num, den]).all():
+            return self._where_floats_overflow(at)
         if den:
             return num / den
         self.system.autonomous  # noqa: B018 - a loop that has no solution is refused here
         return complex(np.inf) if num else self._limit(at)
+
+    def _where_floats_overflow(self, at: complex) -> complex:
+        """The value far out, e^{−sτ} being too large for a float, in numbers of any size."""
+        num_and_den = transfer.pole_free_evaluator(
+            self.system.diagram, self.source, self.target, "mpmath"
+        )
+
+        def value(mp: Any) -> Any:
+            numbers = [mp.mpf(number) for number in self.system.values.values()]
+            num, den = num_and_den(mp.mpc(at), *numbers)
+            return num / den
+
+        return transfer.settled(value, f"s = {complex(at):g} rad/s")
 
     def _limit(self, at: complex) -> complex:
         """The limit at a root that the channel may not show: the mean over a small circle."""
@@ -110,10 +133,13 @@ class Channel:
         return complex(mean.real, 0.0) if at.imag == 0 else mean
 
     def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
-        """The exact response at ω (rad/s), for python-control's plots."""
+        """The exact response at ω (rad/s), for python-control's plots.
+
+        Errors: `InputError` where omega is no list of finite frequencies.
+        """
         import control
 
-        w = np.asarray(omega, float)
+        w = frequencies(omega)
         return control.FrequencyResponseData(
             self(1j * w),
             w,
@@ -153,8 +179,7 @@ class Channel:
         that is not usable; `LimitError` where the jumps of a neutral loop become too many.
         """
         _check_signal(signal)
-        if side not in SIDES:
-            raise InputError(f"response: side = {side!r} is unknown; give 'right' or 'left'.")
+        check_side("response", side)
         import control
 
         times = _times(t)
@@ -206,8 +231,9 @@ class Channel:
         """The n rightmost poles of this channel (rad/s), delays exact.
 
         Characteristic roots that the channel's input does not excite or its output does not show
-        are left out.
+        are left out. Errors: `InputError` and `LimitError` for n, as for `System.poles`.
         """
+        check_roots(self.realisation, n)
         return roots.poles(self.realisation, n)
 
     def pade(
@@ -216,6 +242,7 @@ class Channel:
         *,
         tol: float | None = None,
         band: tuple[float, float] | None = None,
+        on: str = "response",
     ) -> PadeModel:
         """The channel with each delay replaced by its Padé model, as a `control.StateSpace`.
 
@@ -223,8 +250,13 @@ class Channel:
         (rad/s) is at most `tol`; without a band, from 0 to where the longest delay has turned the
         phase by 2π. The model shows its own error, `PadeModel.error`, `.worst` and `.step_error`.
         Errors: `InputError` for neither or both, for one that is not usable, and where no order
-        reaches the tolerance.
+        reaches the tolerance, and for ``on="margins"``, which only an opened loop has.
         """
+        if not isinstance(on, str) or on != "response":
+            raise InputError(
+                f"pade: on = {shown(on)} is of no use here, as only a loop opened by "
+                "system.open(…) has margins; leave it out or open the loop."
+            )
         return pade.model(self, order, tol, band)
 
 
@@ -241,12 +273,24 @@ class OpenLoop(Channel):
         """Gain, phase and delay margins, sensitivity peak and all crossings, exact.
 
         `stable` speaks of this loop closed: what lies outside of it is left to `System.poles`.
+        Errors: `InputError` for a loop that is −1 at once, L(∞) = −1, and so has no solution;
+        `LimitError` for roots that are too many to count.
         """
         system = self.realisation
+        if abs(1 + self.sign * system.D[0, 0]) < 1e-12:
+            raise InputError(
+                f"margins: the loop through {self.target!r} is algebraic and singular: what L lets "
+                "through at once is −1, and 1 + L has no inverse; check gains and signs."
+            )
         late = np.array([float(tau) for tau in system.delays])
-        rates = np.concatenate([np.abs(np.linalg.eigvals(system.A)), 1 / late])
-        unstable = count.count_right_of(system.closed(self.sign), -1e-12)
-        return frequency.margins(self, rates, float(late.sum()), unstable)
+        with np.errstate(over="ignore"):
+            rates = np.concatenate([np.abs(np.linalg.eigvals(system.A)), 1 / late])
+        # Roots are known to the rounding of the longest delay's inverse.
+        line = -1e-12 / max(1.0, float(late.max(initial=0.0)))
+        unstable = count.count_right_of(system.closed(self.sign), line)
+        far = chains.Through.of(system, self.sign)
+        with np.errstate(over="ignore", invalid="ignore"):  # |L|² beside a pole on the axis
+            return frequency.margins(self, rates, float(late.sum()), unstable, far)
 
     def pade(
         self,
@@ -262,16 +306,33 @@ class OpenLoop(Channel):
         sensitivity, relative to the exact ones; the loop of the model is then stable if and only
         if the exact one is. The rest is as for any `Channel`.
         """
-        if on == "response":
+        if isinstance(on, str) and on == "response":
             return super().pade(order, tol=tol, band=band)
         return pade.model_for(self, order, tol, band, on)
+
+
+#: delays times roots beyond which their matrix, of 12 times that, takes minutes and gigabytes
+MOST_ROOTS = 2000
+
+
+def check_roots(system: delay.DelaySystem, n: object) -> None:
+    """Refuse a number of roots whose discretised matrix would not fit the machine."""
+    if isinstance(n, bool) or not isinstance(n, int | np.integer):
+        return  # left to those who name it
+    late = len(roots.delays_in_loops(system).delays)
+    if late and n * late > MOST_ROOTS:
+        many = f"{n}" if n < 10**9 else "more than 10⁹"
+        raise LimitError(
+            f"poles: n = {many} roots of a loop with {late} delay{'s' if late > 1 else ''} are too "
+            f"many to work out; ask for {MOST_ROOTS // late} or fewer."
+        )
 
 
 def _check_signal(signal: object) -> None:
     if not isinstance(signal, Signal):
         raise InputError(
-            f"response: {signal!r} is no signal; give a Step(…), Ramp(…), Parabola(…), Sine(…), "
-            "Pulse(…), Samples(…) or a sum of these."
+            f"response: {shown(signal)} is no signal; give a Step(…), Ramp(…), Parabola(…), "
+            "Sine(…), Pulse(…), Samples(…) or a sum of these."
         )
     symbolic = any(
         hasattr(value, "free_symbols")
@@ -279,15 +340,11 @@ def _check_signal(signal: object) -> None:
         for value in primitive.values
     )
     if symbolic:
-        raise InputError(f"response: {signal} holds symbols; give it numbers.")
+        raise InputError(f"response: {shown(signal)} holds symbols; give it numbers.")
 
 
 def _times(t: ArrayLike) -> Array:
-    try:
-        times = np.asarray(t)
-        times = times.astype(float) if times.dtype.kind in "iuf" else np.zeros(0)
-    except ValueError:  # a ragged list
-        times = np.zeros(0)
-    if times.ndim != 1 or not len(times) or not np.isfinite(times).all() or times.min() < 0:
+    times = reals(t)
+    if times is None or times.ndim != 1 or not len(times) or times.min() < 0:
         raise InputError("response: t must be a list of finite times of 0 s or more.")
     return times

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from vsctrl.diagram.chains import Chains, perron
 from vsctrl.diagram.delay import DelaySystem
 from vsctrl.diagram.roots import delays_in_loops, rightmost
+from vsctrl.errors import InputError, LimitError
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -102,10 +103,17 @@ def count_right_of(system: DelaySystem, sigma: float = 0.0) -> float:
     """How many roots lie right of Re s = sigma (rad/s); infinite where a neutral loop has a chain.
 
     By the argument principle; where that cannot tell (a chain or a root on the line), by taking
-    ever more of the rightmost roots; beyond 32 that are too many to count it is "at least".
+    ever more of the rightmost roots. Errors: `LimitError` where all of those, 32, are right of it.
     """
     system = delays_in_loops(system)
     unit = float(max(system.delays, default=1))
+    with np.errstate(all="ignore"):
+        scaled = system.A * unit, system.B * unit, system.C, system.D
+    if not all(np.isfinite(part).all() for part in scaled):
+        raise InputError(
+            "unstable roots: the loop's gains and rates times its longest delay exceed what "
+            "numbers can hold; give smaller ones, or another unit of time."
+        )
     count = _count(system, Chains.of(system.scaled(unit)), sigma)
     if count is not None:
         return count
@@ -114,8 +122,12 @@ def count_right_of(system: DelaySystem, sigma: float = 0.0) -> float:
         roots = rightmost(system, n)
         right = int((roots.real > sigma).sum())
         if right < len(roots) or len(roots) < n:
-            break
-    return right
+            return right
+    raise LimitError(
+        f"unstable roots: at least {right} lie right of {sigma:g} rad/s, too many to count as the "
+        "phase turns too often there, or a chain of them is on the line; shorten the delay or "
+        "lower the gain."
+    )
 
 
 def _count(system: DelaySystem, chains: Chains, sigma: float) -> float | None:
@@ -139,8 +151,9 @@ def _turns(system: DelaySystem, sigma: float, margin: float) -> int | None:
     n = len(system.A)
     if n == 0:
         return 0
-    top = _settled(system, sigma, margin)
-    if top * sum(float(tau) for tau in system.delays) > MOST_SAMPLES:
+    with np.errstate(over="ignore", invalid="ignore"):
+        top = _settled(system, sigma, margin)
+    if not top * sum(float(tau) for tau in system.delays) <= MOST_SAMPLES:
         return None
     omega = np.linspace(0.0, top, 33)
     phase, reach = _phases(system, sigma, omega)

@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+LATE = 0.1  #: least of a transfer function that may be left when s is doubled
+TINY = 1e-300
+
 
 @dataclass(frozen=True)
 class Line:
@@ -124,15 +127,22 @@ def _channel(channel: Channel) -> list[Line]:
 def _time(channel: Channel, name: str) -> list[Line]:
     """The Laplace transform of the computed step response against H(s)/s, right of all poles."""
     rightmost = max((root.real for root in channel.poles(1)), default=-1.0)
-    unit = _unit(channel)
-    # With Re s = σ the tail beyond `end` weighs e^(−(σ − rightmost) end) = 1e-14.
-    sigma = max(rightmost, 0.0) + 4 / unit
-    end = 32 / (sigma - max(rightmost, 0.0))
+    right, unit = max(rightmost, 0.0), _unit(channel)
+    for _ in range(8):
+        # What rises late, behind many lags, weighs little at a large σ: less than its own tail.
+        sigma = right + 4 / unit
+        if abs(channel(sigma)) >= LATE * abs(channel(right + 2 / unit)):
+            break
+        unit *= 2
+    # With Re s = σ the tail beyond `end` weighs e^(−(σ − right) end) = 1e-14.
+    end = 32 / (sigma - right)
     trajectory = response.solve(channel.realisation, Step(), end)
     at = sigma + 1j * np.array([0.0, 1.0, 3.0]) / unit
     transform = channel.sign * _transform(trajectory, at)
     exact = channel(at) / at
-    difference = _largest(transform - exact, np.abs(exact) + unit * np.abs(channel(sigma)))
+    # A channel that is zero has no size of its own.
+    scale = np.abs(exact) + unit * np.abs(channel(sigma)) + TINY
+    difference = _largest(transform - exact, scale)
     return [Line(name, "step response against inverse transform", difference, 1e-9)]
 
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import matrix_balance
 
 from vsctrl.diagram import descriptor
 from vsctrl.diagram.transfer import BlockCoefficients, resolve
@@ -127,7 +128,8 @@ def realise(
         form.pencil(), np.array(outputs).reshape(len(outputs), form.width), [b.name for b in blocks]
     )
     system = descriptor.causal(reduced, len(sources), tuple(form.delays), sources, targets)
-    return _pruned(DelaySystem(*system)) if sources and targets else DelaySystem(*system)
+    whole = DelaySystem(*system)
+    return _balanced(_pruned(whole) if sources and targets else whole)
 
 
 class _Assembly:
@@ -227,4 +229,23 @@ def _pruned(system: DelaySystem) -> DelaySystem:
         system.C[np.ix_(rows, x)],
         system.D[np.ix_(rows, columns)],
         tuple(system.delays[j] for j in w),
+    )
+
+
+def _balanced(system: DelaySystem) -> DelaySystem:
+    """The same system with its states in units, powers of 2, in which rows and columns of A match.
+
+    The derivatives that a block of high order holds differ by powers of its rates; left in units of
+    one, rounding of the large ones would drown the small ones. No digit of the transfer matrix is
+    lost: A → T⁻¹ A T, B → T⁻¹ B, C → C T with a diagonal T.
+    """
+    if not len(system.A):
+        return system
+    _, (unit, _) = matrix_balance(system.A, permute=False, separate=True)
+    return DelaySystem(
+        system.A * unit / unit[:, None],
+        system.B / unit[:, None],
+        system.C * unit,
+        system.D,
+        system.delays,
     )

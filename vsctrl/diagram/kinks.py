@@ -35,13 +35,16 @@ class Kinks:
         self.orders = DEGREE + 4
         k = np.arange(self.orders)
         # A kink of order k disturbs the best polynomial of degree N on h by about J (h/2N)ᵏ/k.
-        self.weight = (longest / (2 * DEGREE)) ** k / np.maximum(k, 1)
-        self.rows = np.vstack([system.C[system.outputs :], system.A])
-        self.columns = np.vstack([system.D[system.outputs :], system.B])
+        # Time counts in h/2N, in which no high derivative of a fast system overflows.
+        unit = longest / (2 * DEGREE)
+        self.weight = 1 / np.maximum(k, 1)
+        self.rows = np.vstack([system.C[system.outputs :], system.A * unit])
+        self.columns = np.vstack([system.D[system.outputs :], system.B * unit])
         self.spread = self._spreading()
         # What jumps is numbered as the columns of B are: 0 is the input, 1 + j is w_j.
         starts = sorted(signal.onsets(self.orders).items())
-        self.heap = [(start, count, 0, row) for count, (start, row) in enumerate(starts)]
+        self.heap = [(start, count, 0, row * unit**k) for count, (start, row) in enumerate(starts)]
+        self.last = float(starts[-1][0]) if starts else 0.0  #: start of the signal's last change
         self.count = len(starts)
         self.largest = 0.0
 

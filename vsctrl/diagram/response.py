@@ -22,12 +22,16 @@ from numpy.typing import NDArray
 from vsctrl.diagram.delay import DelaySystem
 from vsctrl.diagram.kinks import DEGREE, Kinks
 from vsctrl.diagram.signals import Power, Signal, beside
-from vsctrl.errors import LimitError
+from vsctrl.errors import InputError, LimitError
 
 Array = NDArray[np.float64]
 
 RESOLVED = 1e-14  #: size of the last coefficients of a piece, relative to the largest value so far
+STUCK = 1e-12  #: the same, of what may be taken for rounding because halving does not help
+FARTHEST = 1e9  #: delays after which a float no longer tells the times of jumps apart
 MAX_PIECES = 20_000  #: some ten seconds of work
+UNSEEN = 1e-300  #: size of a signal that has been zero so far
+LARGEST = 1e300  #: beyond this the products of a piece may overflow
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -86,7 +90,8 @@ def solve(system: DelaySystem, signal: Signal, horizon: float) -> Trajectory:
     """The response of a one-input delay system to a signal, from rest, on [0, horizon] (s).
 
     Errors: `LimitError` where the solution would need more than `MAX_PIECES` pieces, as that of a
-    neutral system can, whose jumps never fade.
+    neutral system can, whose jumps never fade, or one that oscillates all the way; `InputError`
+    where it outgrows the floats.
     """
     return _Stepper(system, signal, horizon).run()
 
@@ -100,12 +105,16 @@ class _Stepper:
         self.tau = np.array([float(tau) for tau in system.delays])
         self.longest = min(horizon, 6.0 / max(_rate(system), 1e-300))
         self.kinks = Kinks(system, signal, self.longest)
+        self._check_times()
         self.ends = [0.0]
         self.z: list[Array] = []  # Chebyshev coefficients of the delayed signals, a piece each
         self.y: list[Array] = []
         self.x = np.zeros(self.n)
-        self.scale = np.full(self.n + self.m, 1e-300)
+        self.scale = np.full(self.n + self.m, UNSEEN)
         self.noise = np.zeros(self.m)  # that rounding leaves in the delayed signals
+        self.floor = np.zeros(self.n + self.m)  # roughness that no halving has taken away
+        self.shortest = 1e-9 * self.longest
+        self.at_kinks = 0  # pieces cut short by a kink
 
     def run(self) -> Trajectory:
         length = self.longest
@@ -114,23 +123,47 @@ class _Stepper:
             stop = min(self.kinks.next_after(start), self.horizon)
             gap = stop - start
             h = gap / max(1, math.ceil(gap / length * (1 - 1e-9)))
+            before = np.full(self.n + self.m, np.inf)
             while True:
-                piece = self._piece(start, start + h)
+                piece, before = self._piece(start, start + h, before)
                 if piece is not None:
                     break
                 h /= 2
             end = stop if abs(start + h - stop) < 1e-9 * h else start + h
+            self.at_kinks += end == stop < self.horizon
             self._accept(end, *piece)
             length = max(2 * h, length if h == gap else 0.0)
             if len(self.y) > MAX_PIECES:
-                raise LimitError(
-                    f"response: more than {MAX_PIECES} pieces by t = {start:g} s; the jumps of a "
-                    "neutral loop do not fade, so ask for a shorter time."
-                )
+                raise self._too_many(start, h)
         return Trajectory(np.array(self.ends), np.array(self.y))
 
-    def _piece(self, a: float, b: float) -> tuple[Array, Array, Array] | None:
-        """(x, z, y) at the nodes of [a, b], or None where the degree does not resolve them."""
+    def _check_times(self) -> None:
+        """Refuse jumps so late that, in floats, a delay after them is no longer known."""
+        last = min(self.kinks.last, self.horizon)
+        least = self.tau.min(initial=math.inf)
+        if last > FARTHEST * least:
+            raise LimitError(
+                f"response: the signal still changes at t = {last:.4g} s, more than "
+                f"{FARTHEST:.0e} times the delay of {least:.4g} s; let it change sooner."
+            )
+
+    def _too_many(self, t: float, h: float) -> LimitError:
+        why = f"the signal or what it sets ringing changes within some {h:.2g} s all the way"
+        if 2 * self.at_kinks > len(self.y):
+            why = "jumps, carried on by sums of delays, do not fade (as in a neutral loop)"
+        return LimitError(
+            f"response: more than {MAX_PIECES} pieces by t = {t:g} s of {self.horizon:.4g} s: "
+            f"{why}, so ask for a shorter time."
+        )
+
+    def _piece(
+        self, a: float, b: float, before: Array
+    ) -> tuple[tuple[Array, Array, Array] | None, Array]:
+        """(x, z, y) at the nodes of [a, b], None where the degree does not resolve them; roughness.
+
+        `before` is the roughness of the piece that this one is half of. Where halving does not
+        lessen it, it is rounding, such as a stiff pole keeps alive, and is taken.
+        """
         r, p, sys = 1, self.p, self.system
         nodes, to_coefficients, integral = _chebyshev(DEGREE)
         # Times count from a: far out they would be rounded too much for a short piece to be smooth.
@@ -143,12 +176,39 @@ class _Stepper:
         w = past + np.einsum("jik,kj->ij", own, z) if self.m else past
         y = x @ sys.C[:p].T + np.outer(u, sys.D[:p, 0]) + w @ sys.D[:p, r:].T
         both = np.hstack([x, z])
+        size = np.abs(both).max(axis=0)
+        if not max(size.max(initial=0.0), np.abs(y).max()) < LARGEST:
+            return None, self._outgrown(h, b)
         tail = np.abs(to_coefficients[-3:] @ both).max(axis=0)
-        scale = np.maximum(self.scale, np.abs(both).max(axis=0))
+        scale = np.maximum(self.scale, size)
         rounding = self._rounding(h, np.abs(x).max(axis=0), np.abs(np.column_stack([u, w])).max(0))
-        if (tail > RESOLVED * scale + rounding).any() and h > 1e-9 * self.horizon:
-            return None
-        return x, z, y
+        rough = tail > RESOLVED * scale + np.maximum(rounding, self.floor)
+        # A signal that turns many times on a piece looks rough on its half too.
+        known = np.abs(to_coefficients[-3:] @ u).max() <= 10 * RESOLVED * np.abs(u).max()
+        stuck = known & (tail < STUCK * scale) & (tail > 0.25 * before)
+        if (rough & ~stuck).any():
+            if h > self.shortest:
+                if h <= self.longest:
+                    # What starts as a high power of t is no smoother on a shorter piece; it is
+                    # enough to resolve it beside what it soon comes to.
+                    self.scale = np.where(self.scale > UNSEEN, self.scale, UNSEEN + size / 1e3)
+                return None, tail
+            raise LimitError(
+                f"response: at t = {a:.6g} s the solution changes too fast to be followed even "
+                f"within {h:.1g} s; ask for a shorter time."
+            )
+        self.floor = np.maximum(self.floor, np.where(rough, 2 * tail, 0.0))
+        self.noise = np.maximum(self.noise, self.floor[self.n :])
+        return (x, z, y), tail
+
+    def _outgrown(self, h: float, b: float) -> Array:
+        """No roughness is known of a piece that overflows; an error if a shorter one would too."""
+        if self.scale.max(initial=0.0) > 1e-100 * LARGEST or h < self.shortest:
+            raise InputError(
+                f"response: the output grows beyond all floats by about t = {b:.4g} s; "
+                "ask for a shorter time."
+            )
+        return np.full(self.n + self.m, np.inf)
 
     def _rounding(self, h: float, x: Array, drive: Array) -> Array:
         """What rounding alone leaves in (x, z) of a piece: a signal that cancels is not rough.
@@ -177,7 +237,8 @@ class _Stepper:
             if inside.any():
                 own[j, inside] = _interpolation(2 * (t[inside] - tau) / h - 1)
             # Which side of a jump a node is on is decided by the inside of the piece.
-            nudged = (a - tau) + np.clip(t, 1e-9 * h, h - 1e-9 * h)
+            nudge = min(1e-9 * h, 1e-3 * tau)
+            nudged = (a - tau) + np.clip(t, nudge, h - nudge)
             known = ~inside & (nudged > 0)
             if known.any():
                 ends, coefficients = self._history(nudged[known])
@@ -187,7 +248,7 @@ class _Stepper:
 
     def _history(self, at: Array) -> tuple[Array, Array]:
         """The ends and coefficients of the stored pieces that cover these times."""
-        first = max(bisect_right(self.ends, at.min()) - 1, 0)
+        first = max(bisect_right(self.ends, at.min(), hi=len(self.z)) - 1, 0)
         last = min(bisect_right(self.ends, at.max()), len(self.z))
         return np.array(self.ends[first : last + 1]), np.array(self.z[first:last])
 

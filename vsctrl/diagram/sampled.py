@@ -9,7 +9,6 @@ samples to `held`, the numbers of the closed loop to `recursion`, and its poles 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 from vsctrl.diagram import sampling
 from vsctrl.diagram.blocks import Block
 from vsctrl.diagram.foreign import exact_number
+from vsctrl.diagram.quantities import is_finite, shown
 from vsctrl.diagram.recursion import Recursion
 from vsctrl.diagram.sampled_channel import SampledChannel, SampledLoop
 from vsctrl.errors import ImproperError, InputError, nearest
@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from vsctrl.diagram.system import System
 
 Complex = NDArray[np.complex128]
+
+SHORTEST = 1e-12  #: the shortest period (s), and its inverse the longest
+MOST_PERIODS = 10**8  #: of the longest delay
 
 
 @dataclass(frozen=True)
@@ -60,8 +63,9 @@ class SampledSystem:
 
     def __getitem__(self, channel: tuple[str, str]) -> SampledChannel:
         """The channel from an input to the samples of any signal, ``twin["S_ref", "S"]``."""
-        if not isinstance(channel, tuple) or len(channel) != 2:
-            raise InputError(f"{channel!r} is no channel; write twin['input', 'output'].")
+        pair = isinstance(channel, tuple) and len(channel) == 2
+        if not pair or not all(isinstance(name, str) for name in channel):
+            raise InputError(f"{shown(channel)} is no channel; write twin['input', 'output'].")
         return SampledChannel(self, *channel)
 
     def open(self, signal: str | None = None) -> SampledLoop:
@@ -69,14 +73,26 @@ class SampledSystem:
 
         `signal` may only be the held one: breaking the loop elsewhere would put in a second hold.
         """
-        if self.hold in self.system.diagram.inputs or signal not in (None, self.hold):
+        if signal is not None and (not isinstance(signal, str) or signal != self.hold):
+            self._refuse_to_open(signal)
+        if self.hold in self.system.diagram.inputs:
             raise InputError(
-                f"open: the sampled loop is broken at its held signal {self.hold!r} only, not at "
-                f"{signal!r}; sample with hold={signal!r} if that is what is held."
+                f"open: the sampled loop is broken at its held signal {self.hold!r} only, and "
+                f"{self.hold!r} is an input, so that no loop runs through it; "
+                "sample with hold= the signal of the loop that the computer holds."
             )
         opened = self.system.open(self.hold)
         twin = SampledSystem(opened.system, self.period, opened.source, self.digital)
         return SampledLoop(twin, opened.source, opened.target, sign=-1)
+
+    def _refuse_to_open(self, signal: object) -> None:
+        remedy = "leave the signal out"
+        if isinstance(signal, str) and signal in self.system.diagram.drivers:
+            remedy = f"sample with hold={signal!r} if that is what is held"
+        raise InputError(
+            f"open: the sampled loop is broken at its held signal {self.hold!r} only, not at "
+            f"{shown(signal)}; {remedy}."
+        )
 
     def poles(self, n: int | None = None) -> Complex:
         """The n poles of largest modulus (all without n) of the whole diagram, in z."""
@@ -103,7 +119,13 @@ class SampledSystem:
         """The closed recursion from the inputs (or one of them) to the samples of some signals."""
         sources = self.system.diagram.inputs if source is None else (source,)
         try:
-            return sampling.close(self._cut, self._seconds, self.hold, sources, targets)
+            with np.errstate(over="ignore", invalid="ignore"):
+                found = sampling.close(self._cut, self._seconds, self.hold, sources, targets)
+            if all(np.isfinite(matrix).all() for matrix in found.taps.values()):
+                return found
+            raise self._overflow()
+        except (OverflowError, np.linalg.LinAlgError):
+            raise self._overflow() from None
         except ImproperError as error:
             names = self._differentiators(targets)
             if not names:
@@ -114,6 +136,12 @@ class SampledSystem:
                 f"would differentiate a held signal; name it in digital, like "
                 f'digital={{"{names[0]}": "backward"}}, or set its gain to 0.'
             ) from error
+
+    def _overflow(self) -> InputError:
+        return InputError(
+            f"sampled: period = {self.period:g} s is not usable, as what grows or falls in one "
+            "overflows; give one nearer to the time constants and delays of the diagram."
+        )
 
     def _differentiators(self, targets: tuple[str, ...]) -> list[str]:
         """The improper blocks from which the signals follow."""
@@ -130,15 +158,22 @@ class SampledSystem:
 
 
 def _check(system: System, period: float, hold: str, digital: Mapping[str, str]) -> None:
-    good = isinstance(period, int | float | np.number) and not isinstance(period, bool)
-    if not good or not math.isfinite(period) or period <= 0:
+    if not isinstance(period, int | float | np.number) or not is_finite(period) or period <= 0:
         raise InputError(
-            f"sampled: period = {period!r} is not usable; give a finite time above 0 s."
+            f"sampled: period = {shown(period)} is not usable; give a finite time above 0 s."
+        )
+    late = max(
+        (tau for b in system.blocks for side in (b.num, b.den) for _, tau in side), default=0
+    )
+    if not SHORTEST <= period <= 1 / SHORTEST or late > MOST_PERIODS * Fraction(float(period)):
+        raise InputError(
+            f"sampled: period = {period:g} s is not usable, as numbers overflow with it; "
+            "give one nearer to the time constants and delays of the diagram."
         )
     diagram = system.diagram
-    if hold not in diagram.signals:
+    if not isinstance(hold, str) or hold not in diagram.signals:
         raise InputError(
-            f"sampled: hold = {hold!r} is no signal{nearest(hold, diagram.signals)}; "
+            f"sampled: hold = {shown(hold)} is no signal{nearest(hold, diagram.signals)}; "
             f"the diagram has {', '.join(diagram.signals)}."
         )
     if not any(hold in part.inputs for part in diagram.parts):
@@ -148,18 +183,18 @@ def _check(system: System, period: float, hold: str, digital: Mapping[str, str])
         )
     if not isinstance(digital, Mapping):
         raise InputError(
-            f'sampled: digital = {digital!r} is not usable; write {{"block": "tustin"}}.'
+            f'sampled: digital = {shown(digital)} is not usable; write {{"block": "tustin"}}.'
         )
     blocks = [part.name for part in diagram.parts if isinstance(part, Block)]
     for name, method in digital.items():
         if name not in blocks:
             raise InputError(
-                f"sampled: there is no block {name!r} to run in the computer"
+                f"sampled: there is no block {shown(name)} to run in the computer"
                 f"{nearest(name, blocks)}; the diagram has {', '.join(blocks)}."
             )
-        if method not in sampling.METHODS:
+        if not isinstance(method, str) or method not in sampling.METHODS:
             raise InputError(
-                f"sampled: method {method!r} for block {name!r} is not known"
+                f"sampled: method {shown(method)} for block {name!r} is not known"
                 f"{nearest(method, sampling.METHODS)}; "
                 f"choose {', '.join(map(repr, sampling.METHODS))}."
             )

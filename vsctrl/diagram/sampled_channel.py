@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.diagram import frequency, sampling
+from vsctrl.diagram import frequency, sampling, transfer
+from vsctrl.diagram.quantities import frequencies, points, reals, shown
 from vsctrl.diagram.recursion import Recursion
 from vsctrl.diagram.signals import Signal
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, LimitError
 
 if TYPE_CHECKING:
     import control
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+MOST_SAMPLES = 10_000_000  #: of one response, which is worked out sample by sample
 
 
 @dataclass(frozen=True)
@@ -46,11 +49,42 @@ class SampledChannel:
         return self.twin.recursion((self.target,), self.source)
 
     def __call__(self, z: ArrayLike) -> Any:
-        """The exact value at complex z ≠ 0, any shape; infinite at a pole."""
-        at = np.asarray(z, complex)
-        value = self.recursion.transfer(at)[..., 0, 0]
+        """The exact value at complex z ≠ 0, any shape; infinite at a pole.
+
+        Errors: `InputError` where z is not finite, and at 0 where anything is late.
+        """
+        at = points("z", z)
+        late = max(self.recursion.taps)
+        if late and (at == 0).any():
+            raise InputError(
+                "channel: z = 0 is not usable, as the loop's delays z^{−d} are infinite there; "
+                "give another number."
+            )
+        with np.errstate(divide="ignore"):
+            turns = late * np.abs(np.log(np.abs(at))) if late else np.zeros(at.shape)
+        far = turns > transfer.FARTHEST
+        value = self.recursion.transfer(np.where(far, 1.0, at))[..., 0, 0]
+        if far.any():
+            value = np.array(value)
+            value[far] = [self._where_floats_overflow(point) for point in at[far]]
         value = value if self.sign > 0 else -value
         return value if at.ndim else complex(value)
+
+    def _where_floats_overflow(self, z: complex) -> complex:
+        """The value where z^{−d} is too large or too small for a float, in numbers of any size."""
+        taps, m, n = self.recursion.taps, self.recursion.inner, self.recursion.states
+
+        def value(mp: Any) -> Any:
+            at = mp.mpc(z)
+            whole = sum((at ** (-d) * mp.matrix(T.tolist()) for d, T in taps.items()), mp.mpf(0))
+            if not m:
+                return whole[0, 0]
+            P = -whole[:m, :m]
+            for i in range(m):
+                P[i, i] += at if i < n else 1
+            return (whole[m:, :m] * mp.lu_solve(P, whole[:m, m:]))[0, 0] + whole[m, m]
+
+        return transfer.settled(value, f"z = {complex(z):g}")
 
     def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
         """The response at z = e^{jωT}, ω in rad/s, for python-control's Bode plots.
@@ -59,7 +93,7 @@ class SampledChannel:
         """
         import control
 
-        w = np.asarray(omega, float)
+        w = frequencies(omega)
         return control.FrequencyResponseData(
             self(np.exp(1j * w * self.twin.period)),
             w,
@@ -90,20 +124,26 @@ class SampledChannel:
     def _samples(self, signal: Any, n: int | None) -> tuple[Array, Array]:
         if isinstance(signal, Signal):
             if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
-                raise InputError(f"response: n = {n!r} is no number of samples; give 1 or more.")
+                raise InputError(
+                    f"response: n = {shown(n)} is no number of samples; "
+                    "give a whole number of 1 or more, the samples being a period apart."
+                )
+            if n > MOST_SAMPLES:
+                raise LimitError(
+                    f"response: n = {shown(n)} samples are too many; give {MOST_SAMPLES} or fewer."
+                )
             t = np.asarray(float(self.twin.period) * np.arange(n))
             return t, _numbers(signal, t)
-        try:
-            samples = np.array(signal, float)
-        except (TypeError, ValueError):
-            samples = np.zeros(0)
-        if samples.ndim != 1 or not len(samples) or not np.isfinite(samples).all():
+        samples = reals(signal)
+        if samples is None or samples.ndim != 1 or not len(samples):
             raise InputError(
-                f"response: {signal!r} is no signal; give a Step(…), Ramp(…), Sine(…), … "
+                f"response: {shown(signal)} is no signal; give a Step(…), Ramp(…), Sine(…), … "
                 "and a number of samples, or a list of finite samples."
             )
-        if n is not None and n != len(samples):
-            raise InputError(f"response: n = {n!r}, but there are {len(samples)} samples; drop n.")
+        if n is not None and (not isinstance(n, int | np.integer) or n != len(samples)):
+            raise InputError(
+                f"response: n = {shown(n)}, but there are {len(samples)} samples; drop n."
+            )
         return np.asarray(float(self.twin.period) * np.arange(len(samples))), samples
 
     def poles(self, n: int | None = None) -> Complex:
@@ -188,5 +228,5 @@ class SampledLoop(SampledChannel):
 def _numbers(signal: Signal, t: Array) -> Array:
     """The signal at the samples, right limits; it must hold numbers."""
     if any(hasattr(x, "free_symbols") for _, term in signal.primitives for x in term.values):
-        raise InputError(f"response: {signal} holds symbols; give it numbers.")
+        raise InputError(f"response: {shown(signal)} holds symbols; give it numbers.")
     return np.asarray(signal(t), float)

@@ -19,12 +19,10 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.diagram.quantities import check_number, late_by, positive, rational
+from vsctrl.diagram.quantities import check_number, instants, late_by, multiple, positive, rational
 from vsctrl.errors import InputError
 
 Array = NDArray[np.float64]
-
-SIDES = ("left", "right")
 
 
 def beside(t: Array, side: str, span: float) -> Array:
@@ -82,8 +80,11 @@ class Signal(ABC):
         return found
 
     def __call__(self, t: ArrayLike, side: str = "right") -> Array:
-        """The value at times t (s): zero before it starts, at a jump the limit from that side."""
-        times = np.asarray(t, float)
+        """The value at times t (s): zero before it starts, at a jump the limit from that side.
+
+        Errors: `InputError` for times that are not finite and for a side that is none.
+        """
+        times = instants(t, side)
         seen = beside(times, side, float(np.abs(times).max(initial=0.0)))
         total = np.zeros(times.shape)
         for start, part in self.terms:
@@ -117,9 +118,15 @@ class Signal(ABC):
 
     def __mul__(self, factor: object) -> Signal:
         """The signal times a number or a symbol."""
-        return self.scaled(factor) if _is_size(factor) else NotImplemented
+        number = multiple("factor", factor)
+        return NotImplemented if number is None else self.scaled(number)
 
     __rmul__ = __mul__
+
+    def __truediv__(self, divisor: object) -> Signal:
+        """The signal divided by a number or a symbol; 0 is refused."""
+        number = multiple("divisor", divisor)
+        return NotImplemented if number is None else self.scaled(1 / number)
 
 
 class Part(Signal):
@@ -184,7 +191,9 @@ class Primitive(Part):
 
     def smooth(self, t: Array, seen: Array) -> Array:
         """The value at t after the start, continued smoothly before it."""
-        return self.formula(t, *self.values)
+        # A fraction times an array would be an array of objects.
+        numbers = (float(v) if isinstance(v, Real) else v for v in self.values)
+        return self.formula(t, *numbers)
 
     @abstractmethod
     def onset(self, orders: int) -> Array:
@@ -383,7 +392,3 @@ def lag(start: Fraction, s: Any, exp: Callable[[Any], Any]) -> Any:
         raise InputError(
             f"laplace: s = {s} is a symbol and the signal starts late; give exp=sympy.exp."
         ) from error
-
-
-def _is_size(value: object) -> bool:
-    return isinstance(value, Real) or hasattr(value, "free_symbols")

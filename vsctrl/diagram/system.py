@@ -21,7 +21,8 @@ from vsctrl.diagram import (
     roots,
     transfer,
 )
-from vsctrl.diagram.channel import Channel, OpenLoop
+from vsctrl.diagram.channel import Channel, OpenLoop, check_roots
+from vsctrl.diagram.quantities import real_number, reals, shown
 from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+#: −Re s times the delays beyond which e^{−sτ} is no float; the largest is e^709.
+FARTHEST = 700.0
 
 
 @dataclass(frozen=True)
@@ -50,8 +54,8 @@ class System:
 
     def __getitem__(self, channel: tuple[str, str]) -> Channel:
         """The channel from an input to any signal, ``system["S_ref", "S"]``."""
-        if not isinstance(channel, tuple) or len(channel) != 2:
-            raise InputError(f"{channel!r} is no channel; write system['input', 'output'].")
+        if not _is_pair(channel):
+            raise InputError(f"{shown(channel)} is no channel; write system['input', 'output'].")
         return Channel(self, *channel)
 
     def with_(self, **values: float) -> System:
@@ -60,6 +64,8 @@ class System:
 
     def open(self, signal: str) -> OpenLoop:
         """The loop transfer function L of the return difference 1 + L, broken at a named signal."""
+        if not isinstance(signal, str):
+            raise InputError(f"open: {shown(signal)} is no signal; give the name of one.")
         opened = System(self.diagram.open(signal), self.values)
         return OpenLoop(opened, f"{signal}__cut", signal, sign=-1)
 
@@ -79,7 +85,12 @@ class System:
         return SampledSystem(self, period, hold, {} if digital is None else digital)
 
     def poles(self, n: int = 6) -> Complex:
-        """The n rightmost characteristic roots of the whole diagram (rad/s), delays exact."""
+        """The n rightmost characteristic roots of the whole diagram (rad/s), delays exact.
+
+        Errors: `InputError` for an n that is no whole number of 0 or more; `LimitError` for more
+        than can be worked out, which are about 2000 per delay in a loop.
+        """
+        check_roots(self.autonomous, n)
         return roots.rightmost(self.autonomous, n)
 
     def check(self) -> crosscheck.CrossCheck:
@@ -87,15 +98,36 @@ class System:
         return crosscheck.crosscheck(self)
 
     def roots_right_of(self, sigma: float = 0.0) -> count.RootsRight:
-        """The characteristic roots right of Re s = sigma (rad/s), with a certifying count."""
-        return count.roots_right_of(self.autonomous, sigma)
+        """The characteristic roots right of Re s = sigma (rad/s), with a certifying count.
+
+        Errors: `InputError` where sigma is not finite, or so far left that e^{−sigma τ} overflows.
+        """
+        line = real_number("roots_right_of", "sigma", sigma, "rad/s")
+        late = float(sum(roots.delays_in_loops(self.autonomous).delays))
+        if -line * late > FARTHEST:
+            raise InputError(
+                f"roots_right_of: sigma = {line:g} rad/s lies too far left for the delays of "
+                f"{late:g} s in all; give one of {-FARTHEST / late:.4g} rad/s or more."
+            )
+        return count.roots_right_of(self.autonomous, line)
 
     def root_locus(self, parameter: str, values: ArrayLike, n: int = 6) -> Complex:
         """The n rightmost roots (rad/s) at each value of a parameter, (len(values), n).
 
         Roots fall by real part along each row; NaN stands where there are fewer than n.
+        Errors: `InputError` for an unknown parameter and for values that are not finite and real;
+        `LimitError` as `poles`.
         """
-        rows = [self.with_(**{parameter: value}).poles(n)[:n] for value in np.ravel(values)]
+        if not isinstance(parameter, str):
+            raise InputError(f"root_locus: {shown(parameter)} is no parameter; give its name.")
+        given = reals(values)
+        if given is None or not given.size:
+            raise InputError(
+                f"root_locus: values = {shown(values)} is not usable; "
+                "give one finite real number or more."
+            )
+        at = self.diagram.at
+        rows = [at({**self.values, parameter: v}).poles(n)[:n] for v in given.ravel().tolist()]
         return np.array([np.pad(row, (0, n - len(row)), constant_values=np.nan) for row in rows])
 
     def stability_chart(
@@ -133,3 +165,8 @@ class System:
     def unstable_roots(self) -> float:
         """How many characteristic roots lie on or right of the imaginary axis, maybe infinite."""
         return count.count_right_of(self.autonomous, -1e-12)
+
+
+def _is_pair(channel: object) -> bool:
+    pair = isinstance(channel, tuple) and len(channel) == 2
+    return pair and all(isinstance(name, str) for name in channel)  # type: ignore[attr-defined]

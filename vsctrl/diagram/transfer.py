@@ -27,6 +27,11 @@ from vsctrl.symbols import s
 if TYPE_CHECKING:
     from vsctrl.diagram.diagram import Diagram
 
+#: |log| of the numbers that are left to floats, which end at e^709: some room for products is kept
+FARTHEST = 600.0
+
+FIRST_DIGITS, MOST_DIGITS = 50, 12_800  #: decimal digits of `settled`
+
 
 def resolve(diagram: Diagram, signal: str) -> dict[str, int]:
     """The signal as a signed sum of block outputs and inputs, sums between them expanded."""
@@ -125,25 +130,35 @@ def polynomials(diagram: Diagram, source: str, target: str) -> tuple[sp.Expr, sp
     )
     bottom = sp.together(den.xreplace(gains))
     if bottom == 0:
-        raise InputError(
-            f"transfer: the loop through {', '.join(block.name for block in diagram.blocks)} is "
-            "singular (its return difference is zero); change one of the gains in it."
-        )
+        raise _singular(diagram)
     return sp.fraction(sp.cancel(sp.together(num.xreplace(gains)) / bottom))
+
+
+def _singular(diagram: Diagram) -> InputError:
+    return InputError(
+        f"transfer: the loop through {', '.join(block.name for block in diagram.blocks)} is "
+        "singular (its return difference is zero); change one of the gains in it."
+    )
 
 
 def evaluator(diagram: Diagram, source: str, target: str) -> Callable[..., Any]:
     """Compile a channel to ``f(s, *parameters)`` on NumPy arrays, common subexpressions shared."""
     num, den = diagram.gains.channel(source, target)
     gains = {g: above / below for g, (above, below) in _numeric_gains(diagram).items()}
-    return _compiled(diagram, num.xreplace(gains) / den.xreplace(gains))
+    bottom = den.xreplace(gains)
+    if bottom.is_zero:
+        raise _singular(diagram)
+    return _compiled(diagram, num.xreplace(gains) / bottom)
 
 
-def pole_free_evaluator(diagram: Diagram, source: str, target: str) -> Callable[..., Any]:
+def pole_free_evaluator(
+    diagram: Diagram, source: str, target: str, modules: str = "numpy"
+) -> Callable[..., Any]:
     """The same as (numerator, denominator), both finite where a block is infinite.
 
     N and Δ are linear in each gain g = n/d, so that multiplying both by every d leaves no division.
-    It is slower than `evaluator` and serves the points where that one fails.
+    It is slower than `evaluator` and serves the points where that one fails; with
+    ``modules="mpmath"`` also those at which a float overflows.
     """
     gains = _numeric_gains(diagram)
 
@@ -162,7 +177,9 @@ def pole_free_evaluator(diagram: Diagram, source: str, target: str) -> Callable[
             )
         )
 
-    return _compiled(diagram, [cleared(side) for side in diagram.gains.channel(source, target)])
+    return _compiled(
+        diagram, [cleared(side) for side in diagram.gains.channel(source, target)], modules
+    )
 
 
 def _numeric_gains(diagram: Diagram) -> dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]:
@@ -176,8 +193,41 @@ def _numeric_gains(diagram: Diagram) -> dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]
     return gains
 
 
-def _compiled(diagram: Diagram, expr: Any) -> Callable[..., Any]:
-    return sp.lambdify([s, *diagram.parameters.values()], expr, modules="numpy", cse=True)
+def _compiled(diagram: Diagram, expr: Any, modules: str = "numpy") -> Callable[..., Any]:
+    return sp.lambdify([s, *diagram.parameters.values()], expr, modules=modules, cse=True)
+
+
+def settled(value: Callable[[Any], Any], where: str) -> complex:
+    """value(mp), mp an mpmath context, with as many digits as it takes; infinite at a pole.
+
+    For points where floats overflow: far left e^{−sτ} leaves their range (e^709) and may cancel to
+    any number of digits, as the plant's and the model's do in a Smith predictor. So digits are
+    doubled until two values agree.
+    Errors: `InputError` where `MOST_DIGITS` do not settle it.
+    """
+    import mpmath
+
+    digits, before = FIRST_DIGITS, None
+    while digits <= MOST_DIGITS:
+        with mpmath.workdps(digits):
+            try:
+                now = value(mpmath.mp)
+            except ZeroDivisionError:  # on a pole as far as these digits tell
+                now = None
+            if now is not None and before is not None and _agree(mpmath.mp, before, now):
+                found = complex(now)
+                return found if np.isfinite(found) else complex(np.inf)
+        digits, before = 2 * digits, now
+    if before is None:
+        return complex(np.inf)
+    raise InputError(
+        f"channel: {where} lies so far out that {MOST_DIGITS} digits do not tell the value; "
+        "give a point nearer to 0."
+    )
+
+
+def _agree(mp: Any, one: Any, other: Any) -> bool:
+    return bool(abs(one - other) <= 1e-15 * abs(other))
 
 
 @dataclass(frozen=True)

@@ -106,6 +106,21 @@ def tables(degree: int) -> tuple[Array, Array, Array]:
     return nodes, np.asarray(np.linalg.inv(values), float), np.asarray(values, float)
 
 
+def squared(coefficients: NDArray[np.complex128], offset: float) -> Array:
+    """The coefficients of |f + offset|² from those of complex sums f, twice as many."""
+    degree = coefficients.shape[1] - 1
+    _, to_coefficients, values = tables(2 * degree)
+    at = coefficients @ values[:, : degree + 1].T + offset
+    return np.asarray((np.abs(at) ** 2) @ to_coefficients.T)
+
+
+def less(coefficients: Array, constant: float) -> Array:
+    """The coefficients of f − constant."""
+    out = coefficients.copy()
+    out[:, 0] -= constant
+    return out
+
+
 @cache
 def slope_matrix(degree: int) -> Array:
     """From the coefficients of a sum to those of its derivative, as ``c @ slope``."""

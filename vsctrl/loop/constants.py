@@ -41,7 +41,7 @@ def error_constants(diagram: Diagram, signal: str, **values: float | sp.Expr) ->
     """
     given = known("error_constants", diagram, values)
     opened = diagram.open(signal)
-    L = calibrated(diagram, -opened.transfer(f"{signal}__cut", signal)).subs(given)
+    L = calibrated(diagram, -opened.transfer(f"{signal}__cut", signal)).xreplace(given)
     order, (leading, *_) = taylor.laurent(L, -99)
     if leading == 0:
         raise InputError(
@@ -79,5 +79,5 @@ def error_sensitivities(
     for name, symbol in parameters(diagram).items():
         if symbol in present:
             slope = sp.diff(error, symbol) * (symbol / error if relative else 1)
-            found[name] = sp.factor(slope).subs(given)
+            found[name] = sp.factor(slope).xreplace(given)
     return found

@@ -17,12 +17,16 @@ from vsctrl.loop.figure1 import figure1
 from vsctrl.symbols import T_s, d, ell, ell_hat, kappa, lam, omega, s, tau
 from vsctrl.symbols import z_plane as z
 
+MOST_PERIODS = 1e12  #: in a delay; of more it cannot be told whether their number is whole
+
 
 def per_sample(gain: float, period: float) -> float:
     """The gain λ in s⁻¹ of a gain given per video sample, λ = gain/Tₛ (`period` in s)."""
-    for name, value in (("gain", gain), ("period", period)):
+    number, seconds = (
         check.positive(f"per_sample: {name}", value)
-    return gain / period
+        for name, value in (("gain", gain), ("period", period))
+    )
+    return number / seconds
 
 
 def gain_limit(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.Expr | float:
@@ -90,12 +94,17 @@ def _value(
     if period is None:
         if not symbolic and late == 0:
             return math.inf
-        found = continuous().subs({_TAU: late, _KAPPA: ratio})
+        found = continuous().subs({_TAU: late, _KAPPA: ratio}, simultaneous=True)
     elif symbolic:
-        found = sampled(d).subs({T_s: period, _KAPPA: ratio})
+        found = sampled(d).subs({T_s: period, _KAPPA: ratio}, simultaneous=True)
     else:
-        samples = check.whole_periods(late, check.positive("period", period))
-        found = sampled(samples).subs({T_s: period, _KAPPA: ratio})
+        if not late / check.positive("period", period) < MOST_PERIODS:
+            raise InputError(
+                f"period = {period:g} s is not usable: a delay of {late:g} s would be over "
+                f"{MOST_PERIODS:g} of it; give a longer one."
+            )
+        samples = check.whole_periods(late, period)
+        found = sampled(samples).subs({T_s: period, _KAPPA: ratio}, simultaneous=True)
         found = found.evalf(subs={d: samples}) if found.has(d) else found
     return float(found) if found.is_number and not symbolic else found
 

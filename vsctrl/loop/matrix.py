@@ -17,10 +17,10 @@ import sympy as sp
 from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.diagram import Diagram, Ramp
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, nearest
 from vsctrl.loop import values as check
 from vsctrl.loop.limits import gain_limit
-from vsctrl.loop.parameters import parameters
+from vsctrl.loop.parameters import exact, parameters
 from vsctrl.loop.steady import error_transfer, steady_error
 from vsctrl.symbols import F_x, F_y, ell_hat, kappa, z
 
@@ -53,6 +53,11 @@ def steady_lag(diagram: Diagram, M: Any, twist: Any, **values: Any) -> Any:
             "with both in its blocks, like loop.diagram()."
         )
     matrix, column = _square(M), _exact(twist, "twist")
+    if column.cols != 1:
+        raise InputError(
+            f"steady_lag: the twist is {column.rows}×{column.cols}; give one twist, (Vx, Vy, Vz, "
+            "Ωx, Ωy, Ωz), at a time."
+        )
     if matrix.rows != column.rows:
         raise InputError(
             f"steady_lag: M is {matrix.rows}×{matrix.cols} and the twist has {column.rows} "
@@ -77,11 +82,13 @@ def matrix_gain_limit(M: ArrayLike, tau: float, period: float | None = None) -> 
     right half-plane, since then no gain is stable. τ and Tₛ in s.
     Errors: `InputError` for what is no square matrix of numbers, and as `gain_limit`.
     """
+    late = check.delay("matrix_gain_limit: tau", tau)
+    held = None if period is None else check.positive("matrix_gain_limit: period", period)
     matrix = _square(M)
     if not all(entry.is_number for entry in matrix):
         raise InputError("matrix_gain_limit: M holds symbols; put numbers in.")
     eigenvalues = np.linalg.eigvals(np.array(matrix.tolist(), dtype=float))
-    return min(float(gain_limit(tau, period=period, kappa=complex(mu))) for mu in eigenvalues)
+    return min(float(gain_limit(late, period=held, kappa=complex(mu))) for mu in eigenvalues)
 
 
 def calibration_matrix(
@@ -93,28 +100,35 @@ def calibration_matrix(
     `common` lists arguments that are the same for all features seen (parameters of the feature
     always are). Found from L̂ = L N identically in all other arguments, so that M = N⁻¹ as soon as L
     has full column rank; N is unique.
-    Errors: `InputError` where there is no such N, or more than one, and for a feature that is not
-    rational in its arguments.
+    Errors: `InputError` where there is no such N, or more than one, for a feature that is not
+    rational in its arguments, for symbols that are no arguments of it, and for what is believed
+    where that leaves no finite L̂ or no M.
     """
     from vsctrl.derive import interaction_matrix
 
     L = interaction_matrix(feature)
-    for symbol, value in believed.items():
-        if not isinstance(symbol, sp.Symbol) or not isinstance(value, sp.Expr | int | float):
-            raise InputError(
-                f"calibration_matrix: believed {symbol!r}: {value!r} is not usable; give symbols "
-                "and what stands in their place, like {z: rho * z}."
-            )
-    fixed = {*common, *getattr(feature, "parameters", ())}
+    shared = _shared(common, feature.arguments)
+    fixed = {*shared, *getattr(feature, "parameters", ())}
     seen = [a for a in feature.arguments if a not in fixed]
-    modelled = L.subs(dict(believed), simultaneous=True)
+    modelled = L.xreplace(_believed(believed, feature.arguments))
+    if modelled.has(sp.nan, sp.zoo, sp.oo):
+        raise InputError(
+            f"calibration_matrix: with believed = {check.shown(believed)} the interaction matrix "
+            "is not finite; believe values at which the feature is not singular."
+        )
     columns = [_combination(L, modelled[:, j], seen) for j in range(L.cols)]
     if any(column is None for column in columns):
         raise InputError(
             "calibration_matrix: M is not the same wherever the features are seen; list in common "
             "what they share, such as a depth, or evaluate L̂⁺L numerically."
         )
-    return sp.ImmutableMatrix(sp.Matrix.hstack(*columns).inv()).applyfunc(sp.factor)
+    N = sp.Matrix.hstack(*columns)
+    if N.det(method="berkowitz").equals(0):
+        raise InputError(
+            f"calibration_matrix: with believed = {check.shown(believed)} the law sees less than "
+            "the feature shows, so that there is no M; believe values that are not 0."
+        )
+    return sp.ImmutableMatrix(N.inv()).applyfunc(sp.factor)
 
 
 def depth_error_matrix(rho: Any = _RHO) -> Any:
@@ -153,6 +167,51 @@ def _focal_error() -> sp.ImmutableMatrix:
     from vsctrl.derive import PIXELS, Point
 
     return calibration_matrix(Point(PIXELS), {F_x: _PHI * F_x, F_y: _PHI * F_y}, common=[z])
+
+
+def _believed(believed: Any, arguments: tuple[sp.Symbol, ...]) -> dict[sp.Symbol, sp.Expr]:
+    """Symbol → what the law takes for it, decimals exactly as they read."""
+    if not isinstance(believed, Mapping):
+        raise InputError(
+            f"calibration_matrix: believed = {check.shown(believed)} is no mapping; give symbols "
+            "and what stands in their place, like {z: rho * z}."
+        )
+    found: dict[sp.Symbol, sp.Expr] = {}
+    for symbol, value in believed.items():
+        _require_argument(symbol, "believed", arguments)
+        real = not isinstance(value, bool) and isinstance(value, Real) and math.isfinite(value)
+        finite = isinstance(value, sp.Expr) and not value.has(sp.nan, sp.zoo, sp.oo, -sp.oo)
+        if not (real or finite):
+            raise InputError(
+                f"calibration_matrix: believed {symbol}: {check.shown(value)} is not usable; give "
+                "symbols and what stands in their place, like {z: rho * z}."
+            )
+        found[symbol] = exact(value)
+    return found
+
+
+def _shared(common: Any, arguments: tuple[sp.Symbol, ...]) -> list[sp.Symbol]:
+    if isinstance(common, str | sp.Basic) or not isinstance(common, Iterable):
+        raise InputError(
+            f"calibration_matrix: common = {check.shown(common)} is no list; give symbols, like "
+            "common=[z]."
+        )
+    listed = list(common)
+    for symbol in listed:
+        _require_argument(symbol, "common", arguments)
+    return listed
+
+
+def _require_argument(symbol: Any, field: str, arguments: tuple[sp.Symbol, ...]) -> None:
+    if symbol not in arguments:
+        names = [argument.name for argument in arguments]
+        # A symbol made anew has the name of the argument, but not what is assumed of it.
+        near = " (the one of its name is another symbol)" if str(symbol) in names else ""
+        raise InputError(
+            f"calibration_matrix: {field} has {check.shown(symbol)}, which is no argument of the "
+            f"feature{near or nearest(symbol, names)}; take symbols of feature.arguments, "
+            f"{', '.join(names)}."
+        )
 
 
 def _combination(L: sp.Matrix, wanted: sp.Matrix, seen: list[sp.Symbol]) -> sp.Matrix | None:
@@ -221,15 +280,17 @@ def _square(M: Any) -> sp.Matrix:
 
 def _exact(given: Any, name: str) -> sp.Matrix:
     """A matrix of numbers and expressions; text is refused, never read."""
-    entries = np.asarray(given, dtype=object) if not isinstance(given, str) else np.zeros(0)
+    entries: Any = np.asarray(given, dtype=object) if not isinstance(given, str) else np.zeros(0)
     usable = entries.ndim in (1, 2) and entries.size > 0
     for entry in entries.flat:
         symbolic = isinstance(entry, sp.Expr) and entry.is_finite is not False
+        # What a robot and its image do is real.
+        symbolic = symbolic and (bool(entry.free_symbols) or complex(entry).imag == 0)
         real = isinstance(entry, Real) and math.isfinite(entry)
         usable = usable and entry is not sp.nan and (symbolic or real)
     if not usable:
         raise InputError(
-            f"{name} = {given!r} is not usable; give finite numbers or expressions, in rows of one "
-            "length."
+            f"{name} = {check.shown(given)} is not usable; give finite real numbers or "
+            "expressions, in rows of one length."
         )
     return sp.Matrix(entries.tolist())

@@ -26,7 +26,9 @@ def parameters(diagram: Diagram) -> dict[str, sp.Symbol]:
     Errors: `InputError` for what is no diagram.
     """
     if not isinstance(diagram, Diagram):
-        raise InputError(f"{diagram!r} is no diagram; give one, like loop.diagram('aligned').")
+        raise InputError(
+            f"{check.shown(diagram)} is no diagram; give one, like loop.diagram('aligned')."
+        )
     names = dict(diagram.parameters)
     if _has_both(diagram):
         names = {k: a for k, a in names.items() if a != ell} | {"kappa": kappa}

@@ -15,11 +15,13 @@ from vsctrl.diagram.blocks import delays_as_symbols
 from vsctrl.diagram.signals import Cosine, Power
 from vsctrl.errors import InputError
 from vsctrl.loop import taylor
+from vsctrl.loop import values as check
 from vsctrl.loop.parameters import calibrated, exact, known, parameters
 from vsctrl.symbols import s, tau
 
 Series = tuple[int, tuple[sp.Expr, ...]]
 SIGNALS = "a Step, Ramp, Parabola, Sine or Exponential"
+_RATIO = "give what steady_error finds for a Sine"
 
 
 def steady_error(
@@ -36,7 +38,8 @@ def steady_error(
     With E(s) its transfer function from the input,
 
     - `Step`, `Ramp`, `Parabola`: lim s E(s) U(s) as s → 0, infinite with its sign where the error
-      grows without end;
+      grows without end; a `Piecewise` where that depends on symbols, so that numbers put in later
+      find their case;
     - `Sine` (and `Cosine`): the complex amplitude A E(jω); `amplitude_and_phase` takes it apart;
     - `Exponential` A e^{at}: A E(a), the factor of e^{at} that is left; the loop's own poles must
       be left of a.
@@ -44,8 +47,9 @@ def steady_error(
     It holds where the loop is stable, which is not looked at here (`system.poles` does).
     `output` is the diagram's first output; `reference` a signal, S_star where there is one, else
     the first input; `source` the input that takes the signal (the first), which may be a
-    disturbance: the other inputs are 0. `values` (SI, by the parameters' keywords) are put in,
-    decimals exactly as they read; with ell and ell_hat in the diagram κ = ℓ/ℓ̂ stands for ell.
+    disturbance: the other inputs are 0. `values` (SI, by the parameters' keywords) are put in, all
+    at once (``lam=tau, tau=lam`` swaps them) and decimals exactly as they read; with ell and
+    ell_hat in the diagram κ = ℓ/ℓ̂ stands for ell.
     Errors: `InputError` for a signal without a steady error, an unknown name, a value that cannot
     be, and a rate or a frequency that is a pole.
     """
@@ -76,8 +80,16 @@ def error_transfer(
 def amplitude_and_phase(ratio: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     """A complex amplitude, of real parameters, as (its absolute value, its argument in rad).
 
-    The error to A sin ωt is then |E| sin(ωt + φ), with φ in (−π, π].
+    The error to A sin ωt is then |E| sin(ωt + φ), with φ in (−π, π], and 0 where the amplitude is
+    0. Errors: `InputError` for what is no finite expression.
     """
+    if not isinstance(ratio, sp.Expr | int | float | complex) or isinstance(ratio, bool):
+        raise InputError(f"amplitude_and_phase: {check.shown(ratio)} is no expression; {_RATIO}.")
+    ratio = sp.sympify(ratio, strict=True)
+    if ratio.has(sp.nan, sp.zoo, sp.oo):
+        raise InputError(f"amplitude_and_phase: {ratio} is not finite; {_RATIO}.")
+    if ratio.equals(0):
+        return sp.S.Zero, sp.S.Zero
     real = {a: sp.Dummy(a.name, real=True) for a in ratio.free_symbols if not a.is_real}
     sides = [sp.expand(part.xreplace(real), complex=True) for part in sp.fraction(ratio)]
     num, den = ([sp.re(side), sp.im(side)] for side in sides)
@@ -124,19 +136,25 @@ def _limit(
 
     def constants(series: Series) -> list[sp.Expr]:
         powers = range(min(series[0], 0), order + 1)
-        return [taylor.coefficient(series, k).subs(values) for k in powers]
+        return [taylor.coefficient(series, k).xreplace(values) for k in powers]
 
     found = constants(series)
     if any(c.has(sp.nan, sp.zoo) for c in found):  # these values make a pole at s = 0, or less
-        found = constants(taylor.laurent(transfer.subs(values), order))
+        found = constants(taylor.laurent(transfer.xreplace(values), order))
+    cases: list[tuple[sp.Expr, Any]] = []
     for below in found[:-1]:
-        if sp.simplify(below) != 0:  # a lower constant makes the error grow without end
-            return sp.oo * sp.sign(below * size)
-    return found[-1] * size
+        if sp.simplify(below) == 0:
+            continue
+        # A lower constant makes the error grow without end, unless the symbols make it 0.
+        endless, above = sp.oo * sp.sign(below * size), sp.fraction(sp.together(below))[0]
+        if above.is_number or above.is_nonzero:
+            return sp.Piecewise(*cases, (endless, True))
+        cases.append((endless, sp.Ne(above, 0)))
+    return sp.Piecewise(*cases, (found[-1] * size, True))
 
 
 def _at(transfer: sp.Expr, values: dict[Any, Any], point: sp.Expr, size: sp.Expr) -> sp.Expr:
-    ratio = transfer.subs(values).subs(s, point)
+    ratio = transfer.xreplace({**values, s: point})
     if ratio.has(sp.zoo, sp.nan, sp.oo):
         raise InputError(
             f"steady_error: s = {point} is a pole of the loop, so the error never settles; give "

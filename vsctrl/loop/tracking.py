@@ -14,7 +14,7 @@ from vsctrl.errors import InputError
 from vsctrl.loop.figure1 import Placement, check_placement, diagram
 from vsctrl.loop.parameters import known
 from vsctrl.loop.steady import error_transfer, steady_error
-from vsctrl.symbols import k_ff, lam
+from vsctrl.symbols import k_ff, lam, tau
 
 
 def tracking_transfer(placement: Placement = "measurement") -> sp.Expr:
@@ -47,21 +47,25 @@ def nulling_feedforward(placement: Placement = "measurement", **values: float | 
     if "k_ff" in values:
         raise InputError("nulling_feedforward: 'k_ff' is what is asked for; leave it out.")
     given = known("nulling_feedforward", diagram(placement), values)
-    return _nulling_feedforward(placement).subs(given)
+    return _nulling_feedforward(placement).xreplace(given)
 
 
 def harmful_feedforward_gain(**values: float | sp.Expr) -> sp.Expr:
     """The gain λ (s⁻¹) above which feed-forward makes the ramp error larger with a late image.
 
     λ = (2 − k_ff κ)/(2κτ), where the lead with it is as large as the lag without; 6.25 s⁻¹ at 80 ms
-    with k_ff = κ = 1. From k_ff κ = 2 on it always does, and this is no gain (0 or less).
+    with k_ff = κ = 1. From k_ff κ = 2 on it always does, and this is no gain (0 or less). Without
+    latency it never does up to k_ff κ = 2 (infinity), and beyond at every gain (minus infinity).
     `values` (tau, kappa, k_ff) are put in; symbols stay where they are left out. Errors:
     `InputError` for values that cannot be.
     """
     if "lam" in values:
         raise InputError("harmful_feedforward_gain: 'lam' is what is asked for; leave it out.")
     given = known("harmful_feedforward_gain", diagram(), values)
-    return _harmful_feedforward_gain().subs(given)
+    if given.get(tau) == 0:
+        above = (_harmful_feedforward_gain() * tau).xreplace(given)
+        return sp.Piecewise((sp.oo, sp.Ge(above, 0)), (-sp.oo, True))
+    return _harmful_feedforward_gain().xreplace(given)
 
 
 @cache

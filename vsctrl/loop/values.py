@@ -1,12 +1,15 @@
 """Values for closed forms: numbers that can be, or symbols; never text."""
 
 import math
+from contextlib import suppress
 from numbers import Real
 from typing import Any
 
 import sympy as sp
 
 from vsctrl.errors import InputError
+
+LONGEST = 60  #: characters of a value in a sentence
 
 
 def is_symbolic(value: Any) -> bool:
@@ -16,10 +19,21 @@ def is_symbolic(value: Any) -> bool:
 
 def number(name: str, value: Any) -> float:
     """A finite real number; SymPy's own numbers count. Errors name the value and the remedy."""
-    real = isinstance(value, Real) or (isinstance(value, sp.Expr) and value.is_real is True)
-    if isinstance(value, bool) or not real or not math.isfinite(float(value)):
-        raise InputError(f"{name} = {value!r} is not usable; give a finite number.")
-    return float(value)
+    # A positive symbol is real too, and no number.
+    exact = isinstance(value, sp.Expr) and value.is_number and value.is_real is True
+    found = math.nan
+    if (isinstance(value, Real) or exact) and not isinstance(value, bool):
+        with suppress(OverflowError):  # an integer beyond all floats
+            found = float(value)
+    if not math.isfinite(found):
+        raise InputError(f"{name} = {shown(value)} is not usable; give a finite number.")
+    return found
+
+
+def shown(value: Any) -> str:
+    """What a sentence quotes of a value: its text on one line, without the middle if it is long."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 15]} … {text[-12:]}"
 
 
 def positive(name: str, value: Any) -> float:

@@ -4,6 +4,7 @@ The errors are those that ``figure1`` derives, E = S − S*, negative behind.
 """
 
 from sympy import (
+    Ge,
     Gt,
     Lt,
     Ne,
@@ -11,10 +12,12 @@ from sympy import (
     S,
     Symbol,
     exp,
+    expand,
     factor,
     fraction,
     integrate,
     limit,
+    log,
     oo,
     simplify,
     sin,
@@ -101,18 +104,33 @@ def lower_amplitude() -> Evidence:
     "4.1",
     "the convergence of the law with the derivative term is faster",
     status="conditional",
-    correction="as the time to come below a threshold less than v/λ only, which the other law never"
-    " reaches; the roots of the loop, and so its rate, are the same",
+    correction="as the time to come below a threshold, from a start on or behind the reference"
+    " (E₀ ≤ 0); from one ahead it may be slower. Below v/λ the other law does not stay. The roots"
+    " of the loop, and so its rate, are the same",
 )
 def faster_convergence() -> Evidence:
     """The denominator of E/S* holds no k, so the roots do not move, whatever the latency. Without
-    latency E(t) is e^{−λt} times the start with the term, and tends to −v/λ without it."""
+    latency (κ = 1) E(t) is e^{−λt} times the start with the term, and tends to −v/λ without it.
+    From E₀ ≤ 0 both are behind at all times, and without the term by (1 − e^{−λt})v/λ more, which
+    is 0 at the start and grows. From E₀ = 2v/λ the law without comes to v/(2λ) after ln 2/λ, on its
+    way through 0, where the law with the term is still at v/λ."""
     denominator = fraction(error_transfer())[1]
-    start = Symbol("E_0", real=True)
+    start, behind = Symbol("E_0", real=True), Symbol("p", nonnegative=True)
     with_term, without = (transient(k, start).subs(kappa, 1) for k in (S.One, S.Zero))
+    lags = [-error.subs(start, -behind) for error in (with_term, without)]
+    more = expand(lags[1] - lags[0])
+    halved = [e.subs({start: 2 * v / lam, t: log(2) / lam}) for e in (with_term, without)]
     return Evidence(
         printed=Ne(denominator.diff(k_ff), 0, evaluate=False),
-        under=[limit(with_term, t, oo), limit(without, t, oo) + v / lam],
+        under=[
+            limit(with_term, t, oo),
+            limit(without, t, oo) + v / lam,
+            Ge(lags[0], 0),
+            more.subs(t, 0),
+            Gt(more.diff(t), 0),
+            simplify(halved[0]) - v / lam,
+            simplify(halved[1]) - v / (2 * lam),
+        ],
     )
 
 

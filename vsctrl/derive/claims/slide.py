@@ -95,7 +95,8 @@ def slide_coordinates() -> Evidence:
     "4.1",
     "the trajectory in image space is given by (14)",
     status="erratum",
-    correction="by (16) and (15): (14) gives the point in m, and its projection is (15)",
+    correction="by (16) and (15): (14) gives the point in m, and its projection is (15). One slip"
+    " with §4.2 by (14), which cites it again",
 )
 def slide_citation() -> Evidence:
     """What (14) gives, x and y in m, less the printed X* and Y*; and what (15) makes of it."""
@@ -162,8 +163,9 @@ def slide_rate() -> Evidence:
     "4.1",
     "the sensor starts at (−0.174 m, 0.044 m, −0.077 m) in the object frame",
     status="erratum",
-    correction="z = −0.77 m, its decimal point moved: 0.645 m in front of the plane of the LEDs,"
-    " z = −0.125 m. The printed start is 48 mm behind that plane",
+    correction="not from there, 48 mm behind the plane of the LEDs, z = −0.125 m: none is in front"
+    " of the camera. Most likely z = −0.77 m, its decimal point moved, which is 0.645 m in front"
+    " and sees them all",
 )
 def start() -> Evidence:
     """Depths of the four LEDs in the camera frame, Rᵀ(P − c), for the printed angles in either

@@ -214,10 +214,11 @@ def constant_c() -> Evidence:
 @claim(
     "(5)",
     "2",
-    "e = C[s − s*(t)], whose derivative is C(Lᵀ T − ds*/dt)",
+    "e = C[s − s*(t)], from whose derivative (9) is obtained",
     r"e(r,t) = C[s(r,t) - s^*(t)]",
     status="conditional",
-    correction="for a constant C; else + dC/dt (s − s*)",
+    correction="the derivative, which is not printed here, is C(Lᵀ T − ds*/dt) for a constant C;"
+    " else + dC/dt (s − s*)",
 )
 def eq_5() -> Evidence:
     """The product is differentiated with s' = L T. What a varying C adds vanishes with the error,

@@ -131,7 +131,8 @@ def turn_coordinates() -> Evidence:
     "4.2",
     "using relation (14), we obtain X*(t) and Y*(t)",
     status="erratum",
-    correction="using (17) and (15): (14) gives the point in m, and its projection is (15)",
+    correction="using (17) and (15): (14) gives the point in m, and its projection is (15). One"
+    " slip with §4.1 by (14), not another",
 )
 def turn_citation() -> Evidence:
     """What (14) gives for V = (−ωd, 0, 0), x and y in m, less the printed X* and Y*; and what (15)
