@@ -41,7 +41,7 @@ def _array(value: object, kinds: str, kind: type) -> NDArray[Any] | None:
                 return None
         elif given.dtype.kind not in kinds:
             return None
-        found: NDArray[Any] = given.astype(kind)
+        found: NDArray[Any] = given.astype(kind, copy=False)
     except (TypeError, ValueError, OverflowError):  # ragged, no numbers, or beyond a float
         return None
     return found if np.isfinite(found).all() else None
