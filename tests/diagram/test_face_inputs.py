@@ -229,3 +229,9 @@ def test_long_values_are_shortened_in_every_sentence(value):
         lambda: system["r", "y"].response(value, [1.0]),
     ):
         refused(call)
+
+
+@pytest.mark.parametrize("value", [1j, np.complex128(2 + 1j), np.complex64(1)])
+def test_a_complex_number_is_no_value_of_a_parameter(value):
+    with pytest.raises(vs.InputError, match=r"lam = .* is no number; give a real number"):
+        vs.figure1.at(lam=value, tau=0.08, ell=1, ell_hat=1, k_ff=1)

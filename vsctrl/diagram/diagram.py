@@ -227,7 +227,7 @@ def _ordered(names: Iterable[str]) -> tuple[str, ...]:
 
 def _number(name: str, value: Any) -> float:
     try:
-        if isinstance(value, str | bool | np.bool_):
+        if isinstance(value, str | bool | np.bool_ | complex | np.complexfloating):
             raise TypeError
         number = float(value)
     except OverflowError:
