@@ -8,7 +8,7 @@ import pytest
 
 from vsctrl import paper
 from vsctrl.report.verdict import verdict
-from vsctrl.servo.law import Law
+from vsctrl.servo.control.law import Law
 from vsctrl.study import examine
 
 TWIST = Law.twist
@@ -62,7 +62,7 @@ def test_ways_that_differ_are_a_warning(monkeypatch):
 
 def test_a_simulation_that_runs_away_is_no_good_news(monkeypatch):
     """One column of L with a wrong sign: the camera flies off in a loop called stable."""
-    camera = importlib.import_module("vsctrl.servo.camera")
+    camera = importlib.import_module("vsctrl.servo.plant.camera")
     kernel = camera.point_interaction
     signs = np.array([-1.0, 1, 1, 1, 1, 1])
     monkeypatch.setattr(camera, "point_interaction", lambda *given: kernel(*given) * signs)

@@ -7,16 +7,22 @@ import numpy as np
 import pytest
 
 from vsctrl.errors import InputError
-from vsctrl.servo.camera import Camera
-from vsctrl.servo.following import feasibility
-from vsctrl.servo.limits import Limits
-from vsctrl.servo.linked import Linked
-from vsctrl.servo.path import Path
-from vsctrl.servo.peaks import peaks, uneven
+from vsctrl.servo.feasibility.following import feasibility
+from vsctrl.servo.feasibility.limits import Limits
+from vsctrl.servo.feasibility.peaks import peaks, uneven
+from vsctrl.servo.motion.linked import Linked
+from vsctrl.servo.motion.path import Path
+from vsctrl.servo.motion.trajectory import (
+    ConstantScrew,
+    Oscillation,
+    Trajectory,
+    rotation,
+    translation,
+)
+from vsctrl.servo.plant.camera import Camera
+from vsctrl.servo.plant.robot import Gantry
+from vsctrl.servo.plant.target import CUBE_LEDS, Target
 from vsctrl.servo.pose import exp, from_euler_xyz
-from vsctrl.servo.robot import Gantry
-from vsctrl.servo.target import CUBE_LEDS, Target
-from vsctrl.servo.trajectory import ConstantScrew, Oscillation, Trajectory, rotation, translation
 
 START = from_euler_xyz([0.0, 0.0, -0.77], [0.0, 0.0, 0.0])
 SLIDE = translation(START, [0.04, 0.0, 0.0], 9.0)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from vsctrl import paper
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario, simulate
-from vsctrl.servo.law import RANK_TOLERANCE, Law
+from vsctrl.servo.control.law import RANK_TOLERANCE, Law
 
 V, LAM, TS, TAU = 0.04, 2.5, 0.04, 0.08
 PLACEMENTS = ["measurement", "aligned", "actuator"]

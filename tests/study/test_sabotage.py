@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from vsctrl import paper
-from vsctrl.servo.law import Law
+from vsctrl.servo.control.law import Law
 from vsctrl.study import validate
 
 simulator = importlib.import_module("vsctrl.servo.simulate")  # the module, not the function
-camera = importlib.import_module("vsctrl.servo.camera")
+camera = importlib.import_module("vsctrl.servo.plant.camera")
 TWIST, DELAYS, INTERACTION = Law.twist, simulator._delays, camera.point_interaction
 
 

@@ -5,7 +5,7 @@ import importlib
 import pytest
 
 import vsctrl as vs
-from vsctrl.servo.law import Law
+from vsctrl.servo.control.law import Law
 
 validation = importlib.import_module("vsctrl.study.validation")
 TWIST = Law.twist

@@ -9,10 +9,10 @@ from scipy.special import lambertw
 
 from vsctrl import paper, study
 from vsctrl.errors import InputError
-from vsctrl.servo.law import Law
+from vsctrl.servo.control.law import Law
 
 simulator = importlib.import_module("vsctrl.servo.simulate")  # the module, not the function
-camera = importlib.import_module("vsctrl.servo.camera")
+camera = importlib.import_module("vsctrl.servo.plant.camera")
 TWIST, DELAYS, INTERACTION = Law.twist, simulator._delays, camera.point_interaction
 PERIOD, TAU = 0.04, 0.08
 

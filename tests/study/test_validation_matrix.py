@@ -12,7 +12,7 @@ import pytest
 from vsctrl import paper, study
 from vsctrl.errors import InputError
 from vsctrl.report import plots
-from vsctrl.servo.law import Law
+from vsctrl.servo.control.law import Law
 
 simulator = importlib.import_module("vsctrl.servo.simulate")  # the module, not the function
 TWIST, DELAYS = Law.twist, simulator._delays

@@ -4,20 +4,14 @@ It shares no formula with ``vsctrl.derive`` (except the generated kernels) and n
 ``vsctrl.diagram``, so that their agreement is evidence.
 """
 
-from vsctrl.servo.camera import Camera, View
-from vsctrl.servo.following import Feasibility, Reading, feasibility
-from vsctrl.servo.joints import JointPath
-from vsctrl.servo.law import Command, Law
-from vsctrl.servo.limits import Limits
-from vsctrl.servo.linked import Blend, Linked
-from vsctrl.servo.path import Path
-from vsctrl.servo.robot import FreeCamera, Gantry
-from vsctrl.servo.run import Run, Status
-from vsctrl.servo.scenario import Scenario, schema
-from vsctrl.servo.simulate import simulate
-from vsctrl.servo.target import CUBE_LEDS, Target
-from vsctrl.servo.timing import Retimed, fastest, slowed
-from vsctrl.servo.trajectory import (
+from vsctrl.servo.control.law import Command, Law
+from vsctrl.servo.feasibility.following import Feasibility, Reading, feasibility
+from vsctrl.servo.feasibility.joints import JointPath
+from vsctrl.servo.feasibility.limits import Limits
+from vsctrl.servo.feasibility.timing import Retimed, fastest, slowed
+from vsctrl.servo.motion.linked import Blend, Linked
+from vsctrl.servo.motion.path import Path
+from vsctrl.servo.motion.trajectory import (
     ConstantScrew,
     Jump,
     Oscillation,
@@ -26,6 +20,12 @@ from vsctrl.servo.trajectory import (
     rotation,
     translation,
 )
+from vsctrl.servo.plant.camera import Camera, View
+from vsctrl.servo.plant.robot import FreeCamera, Gantry
+from vsctrl.servo.plant.target import CUBE_LEDS, Target
+from vsctrl.servo.run import Run, Status
+from vsctrl.servo.scenario import Scenario, schema
+from vsctrl.servo.simulate import simulate
 
 __all__ = [
     "CUBE_LEDS",

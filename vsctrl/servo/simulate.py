@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo.camera import NEAREST, Camera, View
-from vsctrl.servo.law import Law
+from vsctrl.servo.control.law import Law
+from vsctrl.servo.plant.camera import NEAREST, Camera, View
 from vsctrl.servo.pose import exp, exp_one, inverse, log
 from vsctrl.servo.run import Run, Status
 from vsctrl.servo.scenario import Scenario
-from vsctrl.servo.tables import Placement
+from vsctrl.servo.scenario.tables import Placement
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from vsctrl.errors import InputError
-from vsctrl.servo.fields import FieldsError
+from vsctrl.servo.scenario.fields import FieldsError
 
 _ESCAPES = {"\b": "\\b", "\t": "\\t", "\n": "\\n", "\f": "\\f", "\r": "\\r"} | {
     '"': '\\"',

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
-from vsctrl.servo.camera import Camera
-from vsctrl.servo.joints import JointPath
-from vsctrl.servo.limits import Limits
-from vsctrl.servo.robot import FreeCamera, Gantry, Robot
-from vsctrl.servo.target import Target
-from vsctrl.servo.trajectory import Trajectory
+from vsctrl.servo.feasibility.joints import JointPath
+from vsctrl.servo.feasibility.limits import Limits
+from vsctrl.servo.motion.trajectory import Trajectory
+from vsctrl.servo.plant.camera import Camera
+from vsctrl.servo.plant.robot import FreeCamera, Gantry, Robot
+from vsctrl.servo.plant.target import Target
 
 Array = NDArray[np.float64]
 Kind = Literal["speed", "acceleration", "geometry"]

@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo.camera import Camera, View
+from vsctrl.servo.plant.camera import Camera, View
 
 Array = NDArray[np.float64]
 Interaction = Literal["current", "desired", "mean", "initial"]

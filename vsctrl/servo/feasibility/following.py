@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
-from vsctrl.servo.camera import Camera
-from vsctrl.servo.demands import Demands, Kind, Row
-from vsctrl.servo.limits import Limits
-from vsctrl.servo.peaks import Peaks, above, peaks
-from vsctrl.servo.robot import FreeCamera, Robot
-from vsctrl.servo.target import Target
-from vsctrl.servo.trajectory import Trajectory
+from vsctrl.servo.feasibility.demands import Demands, Kind, Row
+from vsctrl.servo.feasibility.limits import Limits
+from vsctrl.servo.feasibility.peaks import Peaks, above, peaks
+from vsctrl.servo.motion.trajectory import Trajectory
+from vsctrl.servo.plant.camera import Camera
+from vsctrl.servo.plant.robot import FreeCamera, Robot
+from vsctrl.servo.plant.target import Target
 
 Array = NDArray[np.float64]
 Intervals = tuple[tuple[float, float], ...]

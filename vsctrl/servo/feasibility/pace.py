@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo.demands import Moving
+from vsctrl.servo.feasibility.demands import Moving
 
 Array = NDArray[np.float64]
 

@@ -15,17 +15,18 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from vsctrl.errors import InputError
-from vsctrl.servo import fields, toml
-from vsctrl.servo.feasible import (
+from vsctrl.servo.motion.trajectory import ConstantScrew, Trajectory
+from vsctrl.servo.pose import from_euler_xyz
+from vsctrl.servo.scenario import fields, toml
+from vsctrl.servo.scenario.checks import (
     WHOLE,
     count_frames,
     frame_problems,
     path_problems,
     start_problems,
 )
-from vsctrl.servo.links import KINDS, MOTION_FIELDS, AnyMotion, LinkedMotion, pick
-from vsctrl.servo.pose import from_euler_xyz
-from vsctrl.servo.tables import (
+from vsctrl.servo.scenario.links import KINDS, MOTION_FIELDS, AnyMotion, LinkedMotion, pick
+from vsctrl.servo.scenario.tables import (
     OWNER,
     CameraTable,
     LawTable,
@@ -36,8 +37,7 @@ from vsctrl.servo.tables import (
     VisionTable,
     remedy,
 )
-from vsctrl.servo.tables import Placement as Placement
-from vsctrl.servo.trajectory import ConstantScrew, Trajectory
+from vsctrl.servo.scenario.tables import Placement as Placement
 
 
 def _meanings(path: str, model: type[Table]) -> dict[str, str]:
@@ -132,8 +132,12 @@ class Scenario(Table):
 
     @property
     def digest(self) -> str:
-        """First 12 hex digits of the SHA-256 of the canonical JSON: same digits, same run."""
-        canonical = json.dumps(self.model_dump(mode="json"), sort_keys=True, separators=(",", ":"))
+        """First 12 hex digits of the SHA-256 of the canonical JSON: same digits, same run.
+
+        Values at their defaults are left out, so that a new option leaves old digests alone.
+        """
+        data = self.model_dump(mode="json", exclude_defaults=True)
+        canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()[:12]
 
     def with_(self, **changes: Any) -> Self:

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.motion.trajectory import Jump, Trajectory, checked_duration, times, vector
 from vsctrl.servo.pose import bracket, exp, inverse
-from vsctrl.servo.trajectory import Jump, Trajectory, checked_duration, times, vector
 
 Array = NDArray[np.float64]
 Profile = Literal["linear", "smooth"]

@@ -11,9 +11,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo.camera import NEAREST, Camera
+from vsctrl.servo.motion.trajectory import Trajectory
+from vsctrl.servo.plant.camera import NEAREST, Camera
 from vsctrl.servo.pose import exp
-from vsctrl.servo.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 Problem = tuple[str, str]

@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.errors import InputError
-from vsctrl.servo.camera import Camera
-from vsctrl.servo.demands import Demands, Moving
-from vsctrl.servo.following import feasibility
-from vsctrl.servo.limits import Limits
-from vsctrl.servo.pace import fastest_pace, knots
+from vsctrl.servo.feasibility.demands import Demands, Moving
+from vsctrl.servo.feasibility.following import feasibility
+from vsctrl.servo.feasibility.limits import Limits
+from vsctrl.servo.feasibility.pace import fastest_pace, knots
+from vsctrl.servo.motion.trajectory import Jump, Trajectory, times
+from vsctrl.servo.plant.camera import Camera
+from vsctrl.servo.plant.robot import FreeCamera, Robot
+from vsctrl.servo.plant.target import Target
 from vsctrl.servo.pose import exp
-from vsctrl.servo.robot import FreeCamera, Robot
-from vsctrl.servo.target import Target
-from vsctrl.servo.trajectory import Jump, Trajectory, times
 
 Array = NDArray[np.float64]
 

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.motion.trajectory import vector
 from vsctrl.servo.pose import adjoint, bracket, exp, inverse
-from vsctrl.servo.trajectory import vector
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema
 
 from vsctrl.errors import InputError, nearest
-from vsctrl.servo import fields
-from vsctrl.servo.law import Interaction
+from vsctrl.servo.control.law import Interaction
+from vsctrl.servo.scenario import fields
 
 Placement = Literal["measurement", "aligned", "actuator"]
 

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
-from vsctrl.servo import fields
-from vsctrl.servo.linked import Blending, Linked
-from vsctrl.servo.motions import (
+from vsctrl.servo.motion.linked import Blending, Linked
+from vsctrl.servo.motion.trajectory import Trajectory
+from vsctrl.servo.scenario import fields
+from vsctrl.servo.scenario.motions import (
     KIND,
     HoldMotion,
     Motion,
@@ -21,8 +22,7 @@ from vsctrl.servo.motions import (
     RotationMotion,
     ScrewMotion,
 )
-from vsctrl.servo.tables import MaybeLimits, Switch, not_a_table
-from vsctrl.servo.trajectory import Trajectory
+from vsctrl.servo.scenario.tables import MaybeLimits, Switch, not_a_table
 
 Array = NDArray[np.float64]
 

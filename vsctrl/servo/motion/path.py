@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.motion.trajectory import Trajectory, times
 from vsctrl.servo.pose import adjoint, bracket, exp, inverse, log
-from vsctrl.servo.trajectory import Trajectory, times
 
 Array = NDArray[np.float64]
 Ends = Literal["rest", "free"]

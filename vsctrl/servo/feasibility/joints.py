@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.errors import InputError
-from vsctrl.servo.robot import ALIGNED, Gantry
-from vsctrl.servo.trajectory import Trajectory, times
+from vsctrl.servo.motion.trajectory import Trajectory, times
+from vsctrl.servo.plant.robot import ALIGNED, Gantry
 
 Array = NDArray[np.float64]
 

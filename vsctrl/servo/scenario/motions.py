@@ -13,16 +13,17 @@ from numpy.typing import NDArray
 from pydantic import (
     BeforeValidator,
     Field,
-    SerializationInfo,
     SerializerFunctionWrapHandler,
     model_serializer,
     model_validator,
 )
 
-from vsctrl.servo import fields, trajectory
-from vsctrl.servo.path import Ends, Path
+from vsctrl.servo.motion import trajectory
+from vsctrl.servo.motion.path import Ends, Path
+from vsctrl.servo.motion.trajectory import Trajectory, Waveform
 from vsctrl.servo.pose import from_euler_xyz
-from vsctrl.servo.tables import (
+from vsctrl.servo.scenario import fields
+from vsctrl.servo.scenario.tables import (
     Direction3,
     Direction6,
     MaybePositive,
@@ -33,7 +34,6 @@ from vsctrl.servo.tables import (
     Times,
     Vector3,
 )
-from vsctrl.servo.trajectory import Trajectory, Waveform
 
 Array = NDArray[np.float64]
 Frame = Literal["object", "start"]
@@ -50,15 +50,9 @@ class Motion(Table):
         """The motion from a start pose (4, 4). Raises InputError where it is impossible."""
 
     @model_serializer(mode="wrap")
-    def _dump(self, dump: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:
-        """Without keys that were left out, and in JSON without the kind of a screw.
-
-        The digest of a scenario is that of its JSON, and digests of screws are older than kinds.
-        """
-        data = {key: value for key, value in dump(self).items() if value is not None}
-        if info.mode == "json" and data["kind"] == "screw":
-            del data["kind"]
-        return data
+    def _dump(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Without keys that were left out."""
+        return {key: value for key, value in dump(self).items() if value is not None}
 
     @classmethod
     def stranger(cls, name: str) -> str:

@@ -1,0 +1,1 @@
+"""What the computer does: from images to the twist that it asks for."""

@@ -1,0 +1,1 @@
+"""Reference motions: what the camera is asked to do."""

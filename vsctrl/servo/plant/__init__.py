@@ -1,0 +1,1 @@
+"""What nature does: the lens, the target, the robot that carries the camera."""
