@@ -18,7 +18,25 @@ Array = NDArray[np.float64]
 # A speed below this share of the greatest one is rest: its direction would be rounding.
 STILL = 1e-9
 
-Kind = Literal["completed", "target behind camera", "rank loss", "diverged"]
+Kind = Literal[
+    "completed",
+    "target behind camera",
+    "too few points",
+    "all points lost",
+    "rank loss",
+    "joint limit",
+    "diverged",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that a run went on in spite of: what, from which frame on, in how many frames."""
+
+    kind: str
+    frame: int
+    frames: int
+    sentence: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,11 +57,16 @@ class Status:
 class Run:
     """What happened in n frames; read-only arrays of finite numbers, whatever the status.
 
-    scenario: what was run. t: (n,) in s. pose, reference_pose: (n, 4, 4), oTc and oTc*.
-    features, reference: (n, 2p) in px, s and s*. error: (n, 2p) in px, the true ``s(t_k) −
-    s*(t_k)``. measured_error: (n, 2p) in px, what the law was shown (delayed, with noise). twist:
-    (n, 6) in m/s and rad/s, applied on [t_k, t_k+1]. lag: (n, 6) in m and rad,
-    ``ξ_k = log(oTc*⁻¹ oTc)``. depths: (n, p) in m. status: how it ended.
+    scenario: what was run. t: (n,) in s. pose, reference_pose: (n, 4, 4), oTc and oTc* in the
+    frame of the object, where that is at each time. features, reference: (n, 2p) in px, the images
+    s of the points and the s* that the law is given. error: (n, 2p) in px, the true ``s(t_k) −
+    s*(t_k)``. measured_error: (n, m), what the law was shown (delayed, with noise), in the
+    features of the law. command: (n, 6) in m/s and rad/s, the law's. twist: (n, 6), the camera's
+    in the mean over [t_k, t_k+1]. lag: (n, 6) in m and rad, ``ξ_k = log(oTc*⁻¹ oTc)``. depths:
+    (n, p) in m. visible: (n, p), which points the image shows; the image of a point behind the
+    camera is kept from when it was last in front. status: how it ended; events: what it went on
+    in spite of. joints: (n, 6) in m and rad, of a gantry. depth_estimate: (n, p) in m, and
+    excitation: (n, p) without unit, of the depth observer (see ``control.depth``).
     """
 
     scenario: Scenario
@@ -54,10 +77,16 @@ class Run:
     reference: Array
     error: Array
     measured_error: Array
+    command: Array
     twist: Array
     lag: Array
     depths: Array
+    visible: NDArray[np.bool_]
     status: Status
+    events: tuple[Event, ...] = ()
+    joints: Array | None = None
+    depth_estimate: Array | None = None
+    excitation: Array | None = None
 
     @property
     def lag_along_motion(self) -> Array:

@@ -176,9 +176,11 @@ def _run(scenario: Scenario, state: _State, status: Status) -> Run:
         reference=reference,
         error=features - reference,
         measured_error=state.measured_error[:n],
+        command=state.command[:n],
         twist=state.twist[:n],
         lag=log(inverse(reference_pose) @ pose),
         depths=state.view.depths[:n],
+        visible=np.ones((n, state.view.depths.shape[1]), dtype=bool),
         status=status,
     )
     for field in fields(run):
