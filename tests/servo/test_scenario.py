@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from vsctrl import paper
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario, simulate
-from vsctrl.servo.scenario import tables, whole
+from vsctrl.servo.scenario import experiment, whole
 from vsctrl.servo.scenario.links import KINDS
 from vsctrl.servo.scenario.motions import ScrewMotion
 
@@ -242,11 +242,31 @@ def test_digest_is_stable_and_sensitive():
         "Fy": 701, "V": (0.03, 0, 0), "Omega": (0, 0.01, 0), "duration": 8, "period": 0.02,
         "offset": (0.01, 0, 0, 0, 0, 0), "position": (0, 0, -1), "euler_xyz_deg": (0, 0, 0),
         "name": "x", "description": "x", "points": [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]],
+        "size_px": (900, 700), "k1": 0.1, "drift": (0.01, 0, 0, 0, 0, 0), "scheme": "pose",
+        "features": "polar", "depth": "constant", "smooth": 3, "T_i": 5, "preview": 0.1,
+        "preview_ff": 0.1, "jitter": 0.01, "missed": 0.1, "quantum_px": 1, "outliers": 0.1,
+        "outlier_px": 5, "focal_ratio": 1.1, "centre_px": (1, 0), "depth_ratios": (1, 1, 1, 2),
+        "hand_eye": (0, 0, 0, 0, 0, 0.1), "reference_depth_ratio": 1.1,
+        "reference_focal_ratio": 1.1, "reference_centre_px": (1, 0), "reference_k1": 0.1,
+        "reference_hand_eye": (0, 0, 0, 0, 0, 0.1), "predictor": "smith", "process": 3,
+        "measurement_px": 3, "dead_time": 0.01, "speed_limit": 1, "rate_limit": 1,
+        "acceleration_limit": 1, "angular_acceleration_limit": 1, "time_constant": 0.1,
+        "on_behind": "continue", "on_lost": "continue", "on_rank_loss": "continue",
+        "on_joint_limit": "continue",
     }  # fmt: skip
+    together = [
+        {"drift": (0.01, 0, 0, 0, 0, 0), "sway": 2.0},
+        {"lam_zero": 4.0, "lam_slope": 1.0},
+        {"predictor": "smith", "tau_hat": 0.1},
+        {"carrier": "gantry", "joints": (0, 0, 0, 0, 0.5, 0)},
+        {"carrier": "gantry", "joints": (0, 0, 0, 0, 0.5, 0), "avoidance": True},
+    ]
     motion = set(ScrewMotion.model_fields) - {"kind"}
-    assert set(changes) == {n for n, table in whole.TABLE_OF.items() if table != "motion"} | motion
-    digests = {BASE.with_(**{leaf: value}).digest for leaf, value in changes.items()}
-    assert len(digests | {BASE.digest}) == len(changes) + 1
+    leaves = {n for n, table in whole.TABLE_OF.items() if table != "motion"} | motion
+    assert {*changes, *(name for several in together for name in several)} == leaves
+    variants = [{leaf: value} for leaf, value in changes.items()] + together
+    digests = {BASE.with_(**variant).digest for variant in variants}
+    assert len(digests | {BASE.digest}) == len(variants) + 1
 
 
 def test_a_scenario_cannot_be_changed_in_place():
@@ -255,7 +275,7 @@ def test_a_scenario_cannot_be_changed_in_place():
 
 
 def test_tables_speak_in_sentences_too():
-    assert refusal(tables.LawTable, lam=-1).startswith("lam: -1 is not positive")
+    assert refusal(experiment.LawTable, lam=-1).startswith("lam: -1 is not positive")
 
 
 finite = st.floats(-1e3, 1e3, allow_nan=False)

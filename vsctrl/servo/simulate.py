@@ -17,7 +17,7 @@ from vsctrl.servo.plant.camera import NEAREST, Camera, View
 from vsctrl.servo.pose import exp, exp_one, inverse, log
 from vsctrl.servo.run import Run, Status
 from vsctrl.servo.scenario import Scenario
-from vsctrl.servo.scenario.tables import Placement
+from vsctrl.servo.scenario.experiment import Placement
 
 Array = NDArray[np.float64]
 

@@ -143,6 +143,22 @@ def positives(length: int) -> Callable[[object], tuple[float, ...]]:
     return lambda value: _each(check(value), positive, "entry")
 
 
+def each_positive(value: object) -> tuple[float, ...]:
+    """A list of at least one number, all above zero."""
+    out = _each(_entries(value, "write a list of numbers"), positive, "entry")
+    if not out:
+        raise ValueError("no numbers; give at least one")
+    return out
+
+
+def share(value: object) -> float:
+    """A probability or share, 0 to below 1."""
+    out = number(value)
+    if not 0 <= out < 1:
+        raise ValueError(f"{show(value)} is no share of frames; give 0 to below 1")
+    return out
+
+
 def times(value: object) -> tuple[float, ...]:
     """A list of times above 0 that increase."""
     out = _each(_entries(value, "write a list of times in s"), positive, "entry")

@@ -22,7 +22,8 @@ from vsctrl.servo.scenario.motions import (
     RotationMotion,
     ScrewMotion,
 )
-from vsctrl.servo.scenario.tables import MaybeLimits, Switch, not_a_table
+from vsctrl.servo.scenario.tables import not_a_table
+from vsctrl.servo.scenario.types import MaybePair, Switch
 
 Array = NDArray[np.float64]
 
@@ -79,7 +80,7 @@ class LinkedMotion(Motion):
     blend: Annotated[Blending, BeforeValidator(fields.choice(*get_args(Blending)))] = Field(
         "linear", description="between the parts: none (jumps), linear (twist) or smooth"
     )
-    max_acceleration: MaybeLimits = Field(
+    max_acceleration: MaybePair = Field(
         None, description="greatest linear and angular acceleration of the blends, m/s² and rad/s²"
     )
     from_rest: Switch = Field(False, description="begin with a blend from rest")

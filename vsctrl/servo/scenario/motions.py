@@ -23,14 +23,14 @@ from vsctrl.servo.motion.path import Ends, Path
 from vsctrl.servo.motion.trajectory import Trajectory, Waveform
 from vsctrl.servo.pose import from_euler_xyz
 from vsctrl.servo.scenario import fields
-from vsctrl.servo.scenario.tables import (
+from vsctrl.servo.scenario.tables import Table
+from vsctrl.servo.scenario.types import (
     Direction3,
     Direction6,
     MaybePositive,
     Number,
     Positive,
     Rows3,
-    Table,
     Times,
     Vector3,
 )

@@ -51,21 +51,22 @@ def read(path: Path) -> str:
     raise InputError(f"{path}: {problem}.")
 
 
-def write(path: Path, text: str) -> None:
-    """Write text to a temporary name beside the path, then rename: all of it or nothing.
+def write(path: Path, content: str | bytes, what: str = "scenario") -> None:
+    """Write content to a temporary name beside the path, then rename: all of it or nothing.
 
-    Raises InputError when the file cannot be written; nothing is left behind then.
+    Text is written in UTF-8. Raises InputError when the file cannot be written, naming what it
+    was to hold; nothing is left behind then.
     """
     temporary = path.parent / f".vsctrl-{uuid.uuid4().hex}.tmp"
     try:
         with temporary.open("xb") as file:
-            file.write(text.encode())
+            file.write(content.encode() if isinstance(content, str) else content)
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(path)
     except (OSError, ValueError) as error:
         raise InputError(
-            f"{path}: the scenario cannot be written ({_reason(error)}); name a file in an "
+            f"{path}: the {what} cannot be written ({_reason(error)}); name a file in an "
             "existing directory where you may write."
         ) from None
     finally:
@@ -77,7 +78,7 @@ def emit(data: Mapping[str, Any], comments: Mapping[str, str]) -> str:
     """TOML text of values, tables and lists of tables, each key with its comment.
 
     comments: by dotted name, list entries by their number from 0. Values: text, booleans, integers,
-    finite floats, sequences of these; None is a key left out.
+    finite floats, sequences of these; None is a key left out, shown as a comment.
     """
     return "\n".join(_table(data, comments, "")) + "\n"
 
@@ -94,7 +95,9 @@ def _table(values: Mapping[str, Any], comments: Mapping[str, str], path: str) ->
             for number, entry in enumerate(value):
                 heading = f"[[{name}]]"
                 nested += ["", heading, *_table(entry, comments, f"{name}.{number}.")]
-        elif value is not None:
+        elif value is None:
+            lines.append(f"# {key} =  # {comments[name]}")
+        else:
             lines += _key(key, value, comments[name])
     return lines + nested
 

@@ -25,19 +25,24 @@ from vsctrl.servo.scenario.checks import (
     path_problems,
     start_problems,
 )
-from vsctrl.servo.scenario.links import KINDS, MOTION_FIELDS, AnyMotion, LinkedMotion, pick
-from vsctrl.servo.scenario.tables import (
-    OWNER,
+from vsctrl.servo.scenario.contradictions import contradictions
+from vsctrl.servo.scenario.experiment import (
     CameraTable,
     LawTable,
     StartTable,
-    Table,
     TargetTable,
-    Text,
     VisionTable,
-    remedy,
 )
-from vsctrl.servo.scenario.tables import Placement as Placement
+from vsctrl.servo.scenario.links import KINDS, MOTION_FIELDS, AnyMotion, LinkedMotion, pick
+from vsctrl.servo.scenario.options import (
+    CalibrationTable,
+    FaultsTable,
+    PredictorTable,
+    ReferenceImageTable,
+    RobotTable,
+)
+from vsctrl.servo.scenario.tables import OWNER, Table, remedy
+from vsctrl.servo.scenario.types import Text
 
 
 def _meanings(path: str, model: type[Table]) -> dict[str, str]:
@@ -61,6 +66,11 @@ class Scenario(Table):
     motion: Annotated[AnyMotion, BeforeValidator(pick)]
     law: LawTable
     vision: VisionTable
+    calibration: CalibrationTable = Field(default_factory=CalibrationTable)
+    reference_image: ReferenceImageTable = Field(default_factory=ReferenceImageTable)
+    predictor: PredictorTable = Field(default_factory=PredictorTable)
+    robot: RobotTable = Field(default_factory=RobotTable)
+    faults: FaultsTable = Field(default_factory=FaultsTable)
 
     @model_validator(mode="after")
     def _feasible(self) -> Self:
@@ -72,6 +82,7 @@ class Scenario(Table):
             raise fields.FieldsError([("motion", str(error).rstrip("."))]) from None
         blamed = "motion.duration" if "duration" in type(self.motion).model_fields else "motion"
         problems = [
+            *contradictions(self),
             *frame_problems(reference.duration, self.vision.period, len(points), blamed),
             *start_problems(points, position, reference.oTc0, offset),
         ]
@@ -129,6 +140,21 @@ class Scenario(Table):
                 ]
             )
         return d
+
+    @property
+    def ideal(self) -> Self:
+        """The same experiment of a perfect robot and camera, as theory has it.
+
+        What remains: lens and points, start (without offset), motion, law, period and latency,
+        and the wrong depths and focal length of L̂.
+        """
+        data: dict[str, Any] = self.model_dump(exclude={"reference_image", "robot", "faults"})
+        data["camera"] = {"Fx": self.camera.Fx, "Fy": self.camera.Fy}
+        data["target"] = {"points": self.target.points}
+        data["start"]["offset"] = (0.0,) * 6
+        data["vision"] = {"period": self.vision.period, "latency": self.vision.latency}
+        data["calibration"] = {"focal_ratio": self.calibration.focal_ratio}
+        return type(self)(**data)
 
     @property
     def digest(self) -> str:
@@ -197,6 +223,11 @@ TABLES: dict[str, type[Table]] = {
     "start": StartTable,
     "law": LawTable,
     "vision": VisionTable,
+    "calibration": CalibrationTable,
+    "reference_image": ReferenceImageTable,
+    "predictor": PredictorTable,
+    "robot": RobotTable,
+    "faults": FaultsTable,
 }
 # The table of every field, "" for those at the top.
 TABLE_OF = {"name": "", "description": ""} | {

@@ -1,0 +1,134 @@
+"""The tables that every experiment has: camera, target, start, law and vision.
+
+What an experiment may add to these is in ``options``.
+"""
+
+from typing import Annotated, Literal, Self, get_args
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from vsctrl.servo.control.law import Interaction
+from vsctrl.servo.scenario import fields
+from vsctrl.servo.scenario.tables import Table
+from vsctrl.servo.scenario.types import (
+    MaybePair,
+    MaybePositive,
+    Nonnegative,
+    Number,
+    Points,
+    Positive,
+    Share,
+    Text,
+    Twist,
+    Vector3,
+    Whole,
+)
+
+Placement = Literal["measurement", "aligned", "actuator"]
+Scheme = Literal["image", "pose"]
+Depth = Literal["true", "constant", "estimated"]
+
+
+class CameraTable(Table):
+    """[camera]: the true lens and image."""
+
+    Fx: Positive = Field(description="focal length along x, px")
+    Fy: Positive = Field(description="focal length along y, px")
+    size_px: MaybePair = Field(
+        None, description="width and height of the image about the principal point, px"
+    )
+    k1: Number = Field(0.0, description="radial distortion: X becomes X (1 + k1 (x² + y²))")
+
+
+class TargetTable(Table):
+    """[target]: points of the object frame, and how that frame moves."""
+
+    points: Points = Field(description="x, y, z of each point in the object frame, m")
+    drift: Twist = Field(
+        (0.0,) * 6, description="twist of the target in its own frame, m/s and rad/s"
+    )
+    sway: MaybePositive = Field(
+        None, description="period in which the target swings to and fro, s; drift is its greatest"
+    )
+
+
+class StartTable(Table):
+    """[start]: pose of the reference at t = 0, and where the camera really is then."""
+
+    position: Vector3 = Field(description="camera in the object frame, m")
+    euler_xyz_deg: Vector3 = Field(description="intrinsic XYZ angles of the camera, degrees")
+    offset: Twist = Field(
+        (0.0,) * 6, description="twist from the reference start to the true start, m and rad"
+    )
+
+
+class LawTable(Table):
+    """[law]: the control law (10)."""
+
+    lam: Positive = Field(description="gain λ, 1/s")
+    k_ff: Number = Field(1.0, description="feed-forward gain: 1 the paper's law, 0 without")
+    interaction: Annotated[Interaction, BeforeValidator(fields.choice(*get_args(Interaction)))] = (
+        Field("current", description="L at: current, desired, mean or initial")
+    )
+    placement: Annotated[Placement, BeforeValidator(fields.choice(*get_args(Placement)))] = Field(
+        "measurement", description="where the latency acts: measurement, aligned or actuator"
+    )
+    depth_ratio: Positive = Field(1.0, description="depth used by the law over the true depth")
+    scheme: Annotated[Scheme, BeforeValidator(fields.choice(*get_args(Scheme)))] = Field(
+        "image", description="what is servoed: the image, or the pose found from it"
+    )
+    features: Text = Field(
+        "points", description="of the image: points, polar, segments, moments, …"
+    )
+    depth: Annotated[Depth, BeforeValidator(fields.choice(*get_args(Depth)))] = Field(
+        "true", description="in L: true, constant (that at the start) or estimated from motion"
+    )
+    lam_zero: MaybePositive = Field(
+        None, description="gain at no error, 1/s: falls to lam with the error (adaptive gain)"
+    )
+    lam_slope: MaybePositive = Field(
+        None, description="how fast it falls at no error, 1/s per px of the greatest error"
+    )
+    smooth: MaybePositive = Field(
+        None, description="rate at which the first error is let in, 1/s (smooth start)"
+    )
+    T_i: MaybePositive = Field(
+        None, description="time of the integral action λ(1 + 1/(T_i s)), s; left out: none"
+    )
+    preview: Nonnegative = Field(0.0, description="how early the whole reference is used, s")
+    preview_ff: Nonnegative = Field(0.0, description="how early its derivative alone is used, s")
+
+    @model_validator(mode="after")
+    def _adaptive(self) -> Self:
+        given = {name: getattr(self, name) for name in ("lam_zero", "lam_slope")}
+        missing = [name for name, value in given.items() if value is None]
+        if len(missing) == 1:
+            sentence = "missing; the adaptive gain needs lam_zero and lam_slope, give both or none"
+            raise fields.FieldsError([(missing[0], sentence)])
+        if self.lam_zero is not None and self.lam_zero <= self.lam:
+            raise fields.FieldsError(
+                [
+                    (
+                        "lam_zero",
+                        f"{self.lam_zero:g} is not above lam = {self.lam:g}, to which the gain "
+                        "falls as the error grows; exchange them",
+                    )
+                ]
+            )
+        return self
+
+
+class VisionTable(Table):
+    """[vision]: timing and noise of the measurement."""
+
+    period: Positive = Field(description="video period, s")
+    latency: Nonnegative = Field(
+        description="age of a measurement when it is used, s, any number of periods"
+    )
+    jitter: Nonnegative = Field(0.0, description="standard deviation of that age, s")
+    missed: Share = Field(0.0, description="share of frames without a new measurement")
+    noise_px: Nonnegative = Field(0.0, description="standard deviation per image coordinate, px")
+    quantum_px: Nonnegative = Field(0.0, description="coordinates are rounded to this, px")
+    outliers: Share = Field(0.0, description="share of points that are mismatched in an image")
+    outlier_px: Nonnegative = Field(20.0, description="standard deviation of a mismatch, px")
+    seed: Whole = Field(0, description="seed of all that is random")
