@@ -136,11 +136,11 @@ def test_every_module_and_every_public_name_is_documented():
     assert not missing
 
 
-def test_no_module_is_longer_than_400_lines():
-    long = {
-        p.name: n for p in MODULES if (n := len(p.read_text(encoding="utf-8").splitlines())) > 400
-    }
-    assert not long
+def test_no_module_that_people_write_is_longer_than_400_lines():
+    generated = ROOT / "vsctrl/servo/kernels.py"
+    assert generated in MODULES
+    lines = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in MODULES}
+    assert not {path.name for path, n in lines.items() if n > 400 and path != generated}
 
 
 def test_text_is_never_run_as_code():

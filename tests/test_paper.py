@@ -147,9 +147,13 @@ def test_the_rotation_is_validated_to_first_order():
         assert row.simulated == pytest.approx(lag, abs=0.05e-3)
 
 
-def test_a_motion_without_closed_forms_ends_in_a_sentence_that_helps():
-    scenario = paper.oscillation()
-    with pytest.raises(InputError, match=r"motion\.kind: .* constant twist, .*\"oscillation\""):
-        validate(scenario)
-    advice = scenario.with_(kind="screw", V=(0.04, 0, 0), duration=30)
-    assert advice.motion.kind == "screw" and validate(advice).agrees
+def test_a_reference_at_rest_has_no_lag_to_validate():
+    with pytest.raises(InputError, match=r"^motion: .*does not translate.*simulate\(scenario\)"):
+        validate(paper.sliding().with_(kind="hold", duration=3))
+
+
+@pytest.mark.parametrize("waveform", ["triangle", "sine"])
+def test_the_oscillation_is_validated_at_every_frame(waveform):
+    found = validate(paper.oscillation(waveform))
+    assert found.agrees is True and len(found.histories) == 8
+    assert len(found.rows) == 8 * (waveform == "triangle")

@@ -1,18 +1,24 @@
 """The record of a simulation: what moved, what was seen, and how it ended.
 
-A run carries the scenario that made it. It only holds and summarises; ``simulate`` makes it, and
-plots and comparisons are drawn from it elsewhere.
+A run carries the scenario that made it. It only holds and summarises; ``simulate`` makes it. What
+one does with it is done elsewhere: files in ``archive``, datasets in ``dataset``, the notebook's
+picture in ``sketch``, numbers and sentences in ``outcome``, figures in ``vsctrl.report.plots``.
 """
 
 from dataclasses import dataclass
 from html import escape
-from typing import Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.columns import measured_in_pixels
 from vsctrl.servo.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray
 
 Array = NDArray[np.float64]
 # A speed below this share of the greatest one is rest: its direction would be rounding.
@@ -24,6 +30,7 @@ Kind = Literal[
     "too few points",
     "all points lost",
     "rank loss",
+    "pose not found",
     "joint limit",
     "diverged",
 ]
@@ -66,7 +73,7 @@ class Run:
     (n, p) in m. visible: (n, p), which points the image shows; the image of a point behind the
     camera is kept from when it was last in front. status: how it ended; events: what it went on
     in spite of. joints: (n, 6) in m and rad, of a gantry. depth_estimate: (n, p) in m, and
-    excitation: (n, p) without unit, of the depth observer (see ``control.depth``).
+    excitation: (n, p) without unit, of the depth observer (see ``control.observer``).
     """
 
     scenario: Scenario
@@ -118,20 +125,57 @@ class Run:
         """Of the reference at the frames of the run, in its camera frame, (n, 3) in m/s."""
         return self.scenario.reference.twist(self.t)[:, :3]
 
+    def save(self, path: str | Path) -> None:
+        """Write the run to exactly this path as a NumPy archive: all of it or nothing.
+
+        ``np.load`` opens it too; see ``archive`` for what is in it. Equal runs give equal bytes.
+        Raises InputError when the file cannot be written.
+        """
+        from vsctrl.servo import archive
+
+        archive.save(self, Path(path))
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """The run in a file that ``save`` wrote, exactly; everything in it is checked.
+
+        Raises InputError, a sentence that begins with the path.
+        """
+        from vsctrl.servo import archive
+
+        return archive.load(cls, Path(path))
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """All arrays with named dimensions, units and meanings; needs ``vsctrl[scale]``.
+
+        Dimensions: frame (with the time t in s), feature (X1, Y1, …), component (Vx … Ωz), row and
+        column of poses, point, joint. Attributes: the scenario as TOML, its digest, status, events.
+        Raises InputError when xarray is not installed.
+        """
+        from vsctrl.servo.dataset import dataset
+
+        return dataset(self)
+
     def _repr_html_(self) -> str:
-        """A small table of the run's end, for notebooks."""
+        """A small table of the run's end and a picture of its course, for notebooks."""
+        from vsctrl.servo.outcome import number
+        from vsctrl.servo.sketch import sketch
+
         rows = [
             ("scenario", f"{self.scenario.name} ({self.scenario.digest})"),
             ("status", f"{self.status.kind}: {self.status.sentence}"),
             ("frames", f"{len(self.t)} (to t = {self.t[-1]:g} s)"),
         ]
         if self._reference_velocity.any():
-            rows.append(("final lag along motion", f"{1e3 * self.lag_along_motion[-1]:.4g} mm"))
-        for label, e in (("true", self.error), ("measured", self.measured_error)):
-            rows.append((f"final {label} error", f"{np.linalg.norm(e[-1]):.4g} px"))
+            rows.append(("final lag along motion", f"{number(1e3 * self.lag_along_motion[-1])} mm"))
+        rows.append(("final true error", f"{number(float(np.linalg.norm(self.error[-1])))} px"))
+        unit = "px" if measured_in_pixels(self.scenario) else "in the law's features"
+        seen = np.linalg.norm(self.measured_error[-1])
+        rows.append(("final measured error", f"{number(float(seen))} {unit}"))
+        rows += [("event", event.sentence) for event in self.events]
         cells = "".join(
             f"<tr><th style='text-align:left'>{escape(label)}</th>"
             f"<td style='text-align:left'>{escape(value)}</td></tr>"
             for label, value in rows
         )
-        return f"<table>{cells}</table>"
+        return f"<table>{cells}</table>{sketch(self)}"

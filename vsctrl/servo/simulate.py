@@ -1,23 +1,32 @@
 """The closed loop in six degrees of freedom: a fold over video frames that returns its states.
 
-One frame is: see the target, form the error that the law is shown, solve (10), move by the exact
-exponential. Everything about the reference is known beforehand and computed for all frames at
-once. When each quantity is sampled decides millimetres, so it stands in one place, ``_delays``.
-What a run means (predictions, comparisons, plots) is left to the rooms above.
+One frame is: see the target, show the law an image of the right age, ask it for a twist, move.
+Everything about the reference is known beforehand (``control.plan``); what nature does is in
+``plant``, what the computer does in ``control``, and who is late by how much in ``clock``. What a
+run means (predictions, comparisons, plots) is left to the rooms above.
 """
 
-from dataclasses import dataclass, fields
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo.control.law import Law
-from vsctrl.servo.plant.camera import NEAREST, Camera, View
-from vsctrl.servo.pose import exp, exp_one, inverse, log
+from vsctrl.servo import clock, faults
+from vsctrl.servo.control.controller import Controller, PoseController, Shown, controller
+from vsctrl.servo.control.plan import Plan
+from vsctrl.servo.faults import Faults
+from vsctrl.servo.plant.camera import NEAREST, Camera
+from vsctrl.servo.plant.capability import Capability
+from vsctrl.servo.plant.carrier import Carrier
+from vsctrl.servo.plant.robot import Gantry
+from vsctrl.servo.plant.target import Target
+from vsctrl.servo.plant.vision import Eye, Schedule, Sight
+from vsctrl.servo.pose import adjoint, exp, inverse
+from vsctrl.servo.record import Record
 from vsctrl.servo.run import Run, Status
-from vsctrl.servo.scenario import Scenario
-from vsctrl.servo.scenario.experiment import Placement
+
+if TYPE_CHECKING:
+    from vsctrl.servo.scenario import Scenario
 
 Array = NDArray[np.float64]
 
@@ -25,200 +34,167 @@ Array = NDArray[np.float64]
 # scene (the greatest reference depth, or the distance at the start if that is more): no image would
 # show the target any more, and numbers stay far from overflow.
 DIVERGED = 100.0
+# Points that hold six degrees of freedom.
+FEWEST = 3
 
 
-def simulate(scenario: Scenario) -> Run:
+def simulate(scenario: "Scenario") -> Run:
     """Run an experiment frame by frame; a failure in the loop is a status, not an exception.
 
     Frame k at ``t_k = k Tₛ``; the twist of frame k is held over [t_k, t_k+1] and the pose follows
-    as ``oTc · exp(T Tₛ)``. Returns a Run with the frames 0..N, or fewer after a failure.
-    Raises InputError when the latency is no whole number of video periods.
+    as ``oTc · exp(T Tₛ)``, where robot and latency leave it so. Returns a Run with the frames 0..N,
+    or fewer after a failure.
+    Raises InputError where the beliefs of the scenario put its reference behind the camera, or
+    the features of its law do not exist.
     """
-    d = scenario.latency_frames
-    state = _State.of(scenario, d)
+    loop = _Loop(scenario)
     # Numbers that overflow are caught by the checks of every frame, in sentences.
     with np.errstate(all="ignore"):
-        status = _fold(state, _delays(scenario.law.placement, d))
-        return _run(scenario, state, status)
-
-
-class _Delays(NamedTuple):
-    """Ages, in frames, of what meets at frame k."""
-
-    measured: int
-    reference: int
-    command: int
-
-
-def _delays(placement: Placement, d: int) -> _Delays:
-    """Who is late by d frames: the image, image and reference alike, or the robot."""
-    return {
-        "measurement": _Delays(d, 0, 0),
-        "aligned": _Delays(d, d, 0),
-        "actuator": _Delays(0, 0, d),
-    }[placement]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _State:
-    """What is known before the first frame, and arrays that the fold fills frame by frame."""
-
-    camera: Camera
-    law: Law
-    points: Array
-    period: float
-    start: Array
-    noise: Array | None
-    t: Array
-    reference_pose: Array
-    reference: View
-    rate: Array
-    L_reference: Array
-    pose: Array
-    view: View
-    measured: Array
-    measured_error: Array
-    command: Array
-    twist: Array
-
-    @classmethod
-    def of(cls, scenario: Scenario, d: int) -> "_State":
-        camera = Camera(scenario.camera.Fx, scenario.camera.Fy)
-        table = scenario.law
-        law = Law(table.lam, table.k_ff, table.interaction, table.depth_ratio)
-        points, trajectory, t = np.array(scenario.target.points), scenario.reference, scenario.t
-        reference_pose = trajectory.pose(t)
-        reference = camera.view(reference_pose, points)
-        L = camera.interaction(*reference)
-        n, k = reference.features.shape
-        noise = None
-        if scenario.vision.noise_px:
-            draw = np.random.default_rng(scenario.vision.seed).standard_normal((n, k))
-            noise = scenario.vision.noise_px * draw
-        return cls(
-            camera=camera,
-            law=law,
-            points=points,
-            period=scenario.vision.period,
-            start=trajectory.oTc0 @ exp(scenario.start.offset),
-            noise=noise,
-            t=t,
-            reference_pose=reference_pose,
-            reference=reference,
-            rate=np.squeeze(L @ trajectory.twist(t)[..., None], -1),  # ds*/dt = L(s*, Z*) T*
-            L_reference=L if law.depth_ratio == 1 else law.modelled(camera, reference),
-            pose=np.empty((n, 4, 4)),
-            view=View(np.empty((n, k)), np.empty((n, k // 2))),
-            measured=np.empty((n, k)),
-            measured_error=np.empty((n, k)),
-            command=np.empty((n, 6)),
-            twist=np.zeros((n, 6)),
+        status = loop.run()
+        return loop.record.run(
+            scenario, loop.plan, loop.carrier, loop.controller, status, loop.faults
         )
 
 
-def _fold(state: _State, delays: _Delays) -> Status:
-    """Fill the arrays of the state frame by frame, until the end or the first failure."""
-    camera, law, period = state.camera, state.law, state.period
-    features, depths = state.view
-    oTc = state.start
-    away = float(np.linalg.norm(oTc[:3, 3] - state.reference_pose[0, :3, 3]))
-    farthest = DIVERGED * max(float(state.reference.depths.max()), away)
-    for k in range(len(state.t)):
-        lag = oTc[:3, 3] - state.reference_pose[k, :3, 3]
-        distance = float(lag @ lag) ** 0.5
-        if not distance < farthest:  # written so that NaN fails too
-            return _diverged(k, state.t[k], farthest)
-        p = camera.points(oTc, state.points)
-        z = p[:, 2]
-        if not z.min() > NEAREST:
-            return _behind(k, state.t[k], z)
-        state.pose[k], features[k], depths[k] = oTc, camera.features(p), z
-        state.measured[k] = features[k] if state.noise is None else features[k] + state.noise[k]
+class _Loop:
+    """Everything that takes part in the frames of one run."""
 
-        m, r = max(0, k - delays.measured), max(0, k - delays.reference)
-        e = state.measured[m] - state.reference.features[r]
-        state.measured_error[k] = e
-        T, rank = law.twist(_modelled(state, m, r), e, state.rate[k])
-        state.command[k] = T
-        if k >= delays.command:
-            state.twist[k] = state.command[k - delays.command]
-        if rank < 6:
-            return _rank_loss(k, state.t[k], rank)
-        oTc = oTc @ exp_one((state.twist[k] * period).tolist())
-    n = len(state.t)
-    return Status(True, "completed", n - 1, f"The run completed all {n} frames.")
+    def __init__(self, scenario: "Scenario") -> None:
+        vision, t = scenario.vision, scenario.t
+        ages = clock.delays(scenario.law.placement, vision.latency / vision.period)
+        size = scenario.camera.size_px
+        self.t = t
+        self.target = Target(
+            np.array(scenario.target.points), np.array(scenario.target.drift), scenario.target.sway
+        )
+        self.eye = Eye(
+            Camera(scenario.camera.Fx, scenario.camera.Fy),
+            self.target.points,
+            scenario.camera.k1,
+            None if size is None else np.array(size) / 2,
+        )
+        self.plan = Plan.of(scenario, self.eye, t, ages)
+        self.schedule = Schedule.of(vision, t, len(self.target.points), ages.measured)
+        self.controller: Controller = controller(scenario, self.plan, t)
+        self.carrier = _carrier(scenario, len(t), ages.command)
+        self.hand_eye = _maybe(scenario.calibration.hand_eye)
+        self.faults = Faults(scenario.faults)
+        self.record = Record.of(len(t), len(self.target.points), self.controller.width)
+        self.sights: list[Sight] = []
+        self.wTo = None if self.target.still else self.target.pose(t)
+
+    def run(self) -> Status:
+        """Fill the record frame by frame, until the end or the fault that ends the run."""
+        record, plan, carrier = self.record, self.plan, self.carrier
+        t, half = self.t, 0
+        away = carrier.pose[:3, 3] - plan.pose[0, :3, 3]
+        farthest = DIVERGED * max(float(plan.shown.depths.max()), float(np.linalg.norm(away)))
+        before, applied, held = plan.image[0], np.zeros(6), False
+        shown: Shown | None = None
+        for k in range(len(t)):
+            oTc = carrier.pose if self.wTo is None else inverse(self.wTo[k]) @ carrier.pose
+            lag = oTc[:3, 3] - plan.pose[k, :3, 3]
+            if not float(lag @ lag) ** 0.5 < farthest:  # written so that NaN fails too
+                return Status(False, "diverged", k, faults.diverged(k, t[k], farthest))
+            sight = self.eye.look(oTc, before)
+            if not sight.depths.min() > NEAREST:
+                sentence = faults.behind(k, t[k], sight.depths)
+                if ended := self.faults.met("target behind camera", k, sentence):
+                    return ended
+            before = sight.features
+            self.sights.append(sight)
+            record.pose[k], record.features[k], record.depths[k] = oTc, before, sight.depths
+            if sight.visible is not None:
+                record.visible[k] = sight.visible
+
+            shown = self._shown(k, shown)
+            ask = self.controller.ask(shown, applied, held)
+            record.measured_error[k], record.command[k] = ask.e, ask.T
+            carrier.move(ask.T)
+            if ended := self._judged(k, shown, ask.rank):
+                return ended
+            applied, held = self._reported(carrier.applied), carrier.held
+        return faults.completed(len(t))
+
+    def _shown(self, k: int, before: Shown | None) -> Shown:
+        """The image that the law is shown at frame k, after the one before."""
+        schedule, carrier = self.schedule, self.carrier
+        if before is not None and not schedule.fresh[k]:
+            return before._replace(frame=k, fresh=False)
+        m, taken = int(schedule.frame[k]), float(schedule.exposed[k])
+        if m >= 0:
+            sight = self.sights[m]
+        else:
+            oTc = carrier.at(taken)
+            if self.wTo is not None:
+                oTc = inverse(self.target.pose(taken)) @ oTc
+            sight = self.eye.look(oTc, self.sights[-1].features)
+        image = schedule.spoiled(sight.features, k)
+        if sight.visible is not None and before is not None:
+            # What is not seen keeps the place where it was last, so that no number is without one.
+            image = np.where(np.repeat(sight.visible, 2), image, before.features)
+
+        def odometry() -> Array:
+            wTc = carrier.at(taken)
+            return wTc if self.hand_eye is None else wTc @ self.hand_eye
+
+        return Shown(k, image, sight.depths, sight.visible, True, odometry)
+
+    def _reported(self, T: Array) -> Array:
+        """A twist (6,) of the camera as the hand reports it: of the camera that it believes in."""
+        return T if self.hand_eye is None else adjoint(inverse(self.hand_eye)) @ T
+
+    def _judged(self, k: int, shown: Shown, rank: int) -> Status | None:
+        """The faults of a frame that was asked and moved; the status if one of them ends the run."""
+        t, stop = float(self.t[k]), self.carrier.stopped
+        ended = None
+        left = FEWEST if shown.visible is None else int(shown.visible.sum())
+        if left < FEWEST:
+            kind, sentence = faults.lost(k, t, left)
+            ended = self.faults.met(kind, k, sentence)
+        elif rank < 6 and isinstance(self.controller, PoseController):
+            ended = self.faults.met("pose not found", k, faults.no_pose(k, t))
+        elif rank < 6:
+            ended = self.faults.met("rank loss", k, faults.rank_loss(k, t, rank))
+        if ended is not None:
+            return ended
+        if stop is not None and stop.joint is None:
+            return Status(False, "diverged", k, faults.stopped(k, t, stop))
+        if stop is not None:
+            if ended := self.faults.met("joint limit", k, faults.stopped(k, t, stop)):
+                return ended
+            self.carrier.rest()
+        elif self.carrier.held:
+            self.faults.noted("saturated", k, faults.saturated(k, t))
+        return None
 
 
-def _modelled(state: _State, m: int, r: int) -> Array:
-    """The L̂ of the law when frame m is the measured one and r the reference in the error."""
-    choice = state.law.interaction
-    if choice == "desired":
-        return state.L_reference[r]
-    if choice == "initial":
-        m = 0
-    view = View(state.measured[m], state.view.depths[m])
-    L_hat = state.law.modelled(state.camera, view)
-    return (L_hat + state.L_reference[r]) / 2 if choice == "mean" else L_hat
-
-
-def _run(scenario: Scenario, state: _State, status: Status) -> Run:
-    """The frames that were reached, as a Run of read-only arrays."""
-    # A frame whose rank was lost was still seen; the others failed before their image existed.
-    n = status.frame + (status.kind in ("completed", "rank loss"))
-    pose, reference_pose = state.pose[:n], state.reference_pose[:n]
-    features, reference = state.view.features[:n], state.reference.features[:n]
-    run = Run(
-        scenario=scenario,
-        t=state.t[:n],
-        pose=pose,
-        reference_pose=reference_pose,
-        features=features,
-        reference=reference,
-        error=features - reference,
-        measured_error=state.measured_error[:n],
-        command=state.command[:n],
-        twist=state.twist[:n],
-        lag=log(inverse(reference_pose) @ pose),
-        depths=state.view.depths[:n],
-        visible=np.ones((n, state.view.depths.shape[1]), dtype=bool),
-        status=status,
+def _carrier(scenario: "Scenario", frames: int, late: float) -> Carrier:
+    """What carries the camera, from where it really starts; late: of the actuator, in periods."""
+    robot, start = scenario.robot, scenario.reference.oTc0 @ exp(scenario.start.offset)
+    gantry = joints = None
+    if robot.joints is not None:
+        joints = np.array(robot.joints)
+        gantry = Gantry.seeing(start, joints)
+    return Carrier(
+        start,
+        scenario.vision.period,
+        frames,
+        delay=robot.dead_time + late * scenario.vision.period,
+        hand_eye=_maybe(scenario.calibration.hand_eye),
+        capability=Capability(
+            speed=robot.speed_limit,
+            rate=robot.rate_limit,
+            acceleration=robot.acceleration_limit,
+            angular_acceleration=robot.angular_acceleration_limit,
+            time_constant=robot.time_constant,
+            gantry=gantry,
+            joints0=joints,
+            avoidance=robot.avoidance,
+        ),
     )
-    for field in fields(run):
-        value = getattr(run, field.name)
-        if isinstance(value, np.ndarray):
-            value.setflags(write=False)
-    return run
 
 
-def _diverged(k: int, t: float, farthest: float) -> Status:
-    return Status(
-        False,
-        "diverged",
-        k,
-        f"At frame {k} (t = {t:g} s) the camera was more than {farthest:.3g} m from its reference: "
-        "the loop is unstable, and the run ends before this frame. Lower law.lam or "
-        "vision.latency.",
-    )
-
-
-def _behind(k: int, t: float, z: Array) -> Status:
-    i = int(np.argmin(z))
-    return Status(
-        False,
-        "target behind camera",
-        k,
-        f"At frame {k} (t = {t:g} s) point {i + 1} would lie at depth {z[i]:.3g} m, behind the "
-        "camera, and the run ends before this frame. Lower law.lam or start nearer to the "
-        "reference.",
-    )
-
-
-def _rank_loss(k: int, t: float, rank: int) -> Status:
-    return Status(
-        False,
-        "rank loss",
-        k,
-        f"At frame {k} (t = {t:g} s) the interaction matrix of the law had rank {rank} of 6, so "
-        "that the image no longer tells all motions apart; the run ends with this frame and its "
-        "twist of least norm. Use other points or another law.interaction.",
-    )
+def _maybe(twist: tuple[float, ...]) -> Array | None:
+    """The motion of a small twist, or None where it is none."""
+    return exp(np.array(twist)) if any(twist) else None

@@ -1,24 +1,35 @@
-"""The target: points that never move, in the object frame.
+"""The target: points of the object frame, and how that frame moves in the world.
 
-Which of them the camera sees, and whether they lie in front of it, is asked of ``camera``.
+The world is where the object is at t = 0. Which points the camera sees is asked of ``vision``.
 """
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.pose import exp
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Target:
-    """Still points of the object frame.
+    """Points of an object that rests, drifts, or swings to and fro.
 
-    points: (n, 3) in m; kept as a read-only copy. Raises InputError for any other shape.
+    ``wTo(t) = exp(D g(t))`` with D the drift and ``g = t``, or ``g = P/2π sin(2πt/P)`` of a target
+    that swings with period P.
+
+    points: (n, 3) in m; drift: (6,), twist in the object's own frame, m/s and rad/s (of a swinging
+    target its greatest); sway: P in s or None. Arrays are kept as read-only copies. Raises
+    InputError for other shapes.
     """
 
-    points: NDArray[np.float64]
+    points: Array
+    drift: Array = field(default_factory=lambda: np.zeros(6))
+    sway: float | None = None
 
     def __post_init__(self) -> None:
         points = np.array(self.points, dtype=np.float64)
@@ -27,8 +38,33 @@ class Target:
                 f"points: an array of shape {points.shape} is no list of points; give (n, 3), "
                 "x y z in m for every point."
             )
-        points.setflags(write=False)
-        object.__setattr__(self, "points", points)
+        drift = np.array(self.drift, dtype=np.float64)
+        if drift.shape != (6,):
+            raise InputError(
+                f"drift: an array of shape {drift.shape} is no twist; give (6,), m/s and rad/s."
+            )
+        for name, value in {"points": points, "drift": drift}.items():
+            value.setflags(write=False)
+            object.__setattr__(self, name, value)
+
+    @property
+    def still(self) -> bool:
+        """Whether the object never moves."""
+        return not self.drift.any()
+
+    def pose(self, t: ArrayLike) -> Array:
+        """wTo at the times t: (...,) in s → (..., 4, 4)."""
+        g = np.asarray(t, dtype=np.float64)
+        if self.sway is not None:
+            g = self.sway / (2 * math.pi) * np.sin(2 * math.pi * g / self.sway)
+        return exp(g[..., None] * self.drift)
+
+    def twist(self, t: ArrayLike) -> Array:
+        """Twist of the object in its own frame at the times t: (...,) in s → (..., 6)."""
+        t = np.asarray(t, dtype=np.float64)
+        rate = np.ones_like(t) if self.sway is None else np.cos(2 * math.pi * t / self.sway)
+        out: Array = rate[..., None] * self.drift
+        return out
 
 
 CUBE_LEDS = Target(

@@ -18,6 +18,7 @@ from vsctrl.servo.pose import exp
 Array = NDArray[np.float64]
 Problem = tuple[str, str]
 
+FEWEST_POINTS = 3
 MOST_FRAMES = 1_000_000
 MOST_POINT_FRAMES = 10_000_000
 # Times are decimal fractions typed by people: 9 s / 0.04 s is 225 frames, not 224.99999999999997.
@@ -69,6 +70,26 @@ def start_problems(points: Array, position: Array, oTc0: Array, offset: Array) -
         yield (
             "start.offset",
             f"from the true start {_behind(depths)}; choose a smaller offset",
+        )
+
+
+def image_problems(
+    camera: Camera, size: tuple[float, float], points: Array, oTc: Array
+) -> Iterator[Problem]:
+    """A sentence about an image that shows fewer than three points at the true start.
+
+    size: width and height in px; points: (n, 3) in m; oTc: (4, 4), all points in front of it.
+    """
+    image = camera.view(oTc, points).features.reshape(-1, 2)
+    outside = np.flatnonzero((np.abs(image) > np.array(size) / 2).any(axis=1))
+    if len(points) - outside.size < FEWEST_POINTS:
+        i = int(outside[0])
+        yield (
+            "camera.size_px",
+            f"{size[0]:g} × {size[1]:g} px show {len(points) - outside.size} points at the start, "
+            f"and {FEWEST_POINTS} are needed: point {i + 1} is at ({image[i, 0]:.4g}, "
+            f"{image[i, 1]:.4g}) px from the centre; enlarge the image, start elsewhere, or set "
+            'faults.on_lost = "continue"',
         )
 
 

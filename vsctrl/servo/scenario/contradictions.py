@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vsctrl.servo.control.measures import MEASURES
 from vsctrl.servo.plant.robot import Gantry
 from vsctrl.servo.scenario.checks import Problem
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 def contradictions(scenario: "Scenario") -> Iterator[Problem]:
     """Pairs of the key to change and the sentence about it, all that there are."""
     yield from _delays(scenario)
+    yield from _features(scenario)
     yield from _law(scenario)
     yield from _target(scenario)
     yield from _robot(scenario)
@@ -46,6 +48,37 @@ def _delays(scenario: "Scenario") -> Iterator[Problem]:
             f'a predictor brings a late image up to now, and law.placement = "{placement}" leaves '
             'it nothing to predict; choose law.placement = "measurement" or predictor = "none"',
         )
+
+
+def _features(scenario: "Scenario") -> Iterator[Problem]:
+    name, n = scenario.law.features, len(scenario.target.points)
+    least = MEASURES[name].least
+    if n < least:
+        yield (
+            "law.features",
+            f'"{name}" needs a target of {least} points or more, and this one has {n}; add points '
+            'or choose "points"',
+        )
+    if name == "points":
+        return
+    if scenario.predictor.predictor in ("velocity", "acceleration"):
+        yield (
+            "predictor.predictor",
+            f'a Kalman filter follows image points, not law.features = "{name}"; choose "points" '
+            "or another predictor",
+        )
+    lens = {
+        "camera.k1": scenario.camera.k1 != 0,
+        "reference_image.reference_k1": bool(scenario.reference_image.reference_k1),
+        "reference_image.reference_centre_px": any(scenario.reference_image.reference_centre_px),
+    }
+    for field, given in lens.items():
+        if given:
+            yield (
+                field,
+                f"through such a lens ds*/dt is known for points only, not for law.features = "
+                f'"{name}"; choose "points" or leave it out',
+            )
 
 
 def _law(scenario: "Scenario") -> Iterator[Problem]:

@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self, get_args
 from pydantic import BeforeValidator, Field, model_validator
 
 from vsctrl.servo.control.law import Interaction
+from vsctrl.servo.control.measures import MEASURES
 from vsctrl.servo.scenario import fields
 from vsctrl.servo.scenario.tables import Table
 from vsctrl.servo.scenario.types import (
@@ -18,7 +19,6 @@ from vsctrl.servo.scenario.types import (
     Points,
     Positive,
     Share,
-    Text,
     Twist,
     Vector3,
     Whole,
@@ -77,8 +77,10 @@ class LawTable(Table):
     scheme: Annotated[Scheme, BeforeValidator(fields.choice(*get_args(Scheme)))] = Field(
         "image", description="what is servoed: the image, or the pose found from it"
     )
-    features: Text = Field(
-        "points", description="of the image: points, polar, segments, moments, …"
+    features: Annotated[str, BeforeValidator(fields.choice(*MEASURES))] = Field(
+        "points",
+        description=f"of the image: {', '.join(MEASURES)}",
+        json_schema_extra={"enum": list(MEASURES)},
     )
     depth: Annotated[Depth, BeforeValidator(fields.choice(*get_args(Depth)))] = Field(
         "true", description="in L: true, constant (that at the start) or estimated from motion"

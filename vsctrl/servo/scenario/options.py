@@ -100,7 +100,9 @@ class RobotTable(Table):
     dead_time: Nonnegative = Field(0.0, description="between a command and its motion, s")
     speed_limit: MaybePositive = Field(None, description="greatest speed of the camera, m/s")
     rate_limit: MaybePositive = Field(None, description="greatest rotation of the camera, rad/s")
-    acceleration_limit: MaybePositive = Field(None, description="greatest acceleration of the camera, m/s²")
+    acceleration_limit: MaybePositive = Field(
+        None, description="greatest acceleration of the camera, m/s²"
+    )
     angular_acceleration_limit: MaybePositive = Field(
         None, description="greatest angular acceleration, rad/s²"
     )

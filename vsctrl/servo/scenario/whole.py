@@ -16,12 +16,14 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from vsctrl.errors import InputError
 from vsctrl.servo.motion.trajectory import ConstantScrew, Trajectory
-from vsctrl.servo.pose import from_euler_xyz
+from vsctrl.servo.plant.camera import Camera
+from vsctrl.servo.pose import exp, from_euler_xyz
 from vsctrl.servo.scenario import fields, toml
 from vsctrl.servo.scenario.checks import (
     WHOLE,
     count_frames,
     frame_problems,
+    image_problems,
     path_problems,
     start_problems,
 )
@@ -89,6 +91,10 @@ class Scenario(Table):
         if not problems:
             what = "motion.V" if self.motion.kind == "screw" else "motion"
             problems += path_problems(points, reference, self.t, what)
+        size = self.camera.size_px
+        if not problems and size is not None and self.faults.on_lost == "end":
+            camera = Camera(self.camera.Fx, self.camera.Fy)
+            problems += image_problems(camera, size, points, reference.oTc0 @ exp(offset))
         if problems:
             raise fields.FieldsError(problems)
         return self
@@ -133,8 +139,8 @@ class Scenario(Table):
                 [
                     (
                         "vision.latency",
-                        f"{latency:g} s is {ratio:g} video periods of {period:g} s; the "
-                        "simulation delays by whole frames, so choose "
+                        f"{latency:g} s is {ratio:g} video periods of {period:g} s; the sampled "
+                        "loop is solved here for whole frames (simulate takes any), so choose "
                         f"{below * period:g} or {(below + 1) * period:g}",
                     )
                 ]
@@ -143,18 +149,26 @@ class Scenario(Table):
 
     @property
     def ideal(self) -> Self:
-        """The same experiment of a perfect robot and camera, as theory has it.
+        """The same experiment as the theory of figure 1 has it: a perfect camera and robot.
 
-        What remains: lens and points, start (without offset), motion, law, period and latency,
-        and the wrong depths and focal length of L̂.
+        What remains: lens and points, start (without offset), motion, period and latency, the law
+        (10) with its wrong depths and focal length. What a law may have besides is left out.
         """
-        data: dict[str, Any] = self.model_dump(exclude={"reference_image", "robot", "faults"})
-        data["camera"] = {"Fx": self.camera.Fx, "Fy": self.camera.Fy}
-        data["target"] = {"points": self.target.points}
-        data["start"]["offset"] = (0.0,) * 6
-        data["vision"] = {"period": self.vision.period, "latency": self.vision.latency}
-        data["calibration"] = {"focal_ratio": self.calibration.focal_ratio}
-        return type(self)(**data)
+        kept = ("lam", "k_ff", "interaction", "placement", "depth_ratio")
+        return type(self)(
+            name=self.name,
+            description=self.description,
+            camera={"Fx": self.camera.Fx, "Fy": self.camera.Fy},
+            target={"points": self.target.points},
+            start={
+                "position": self.start.position,
+                "euler_xyz_deg": self.start.euler_xyz_deg,
+            },
+            motion=self.motion,
+            law={name: getattr(self.law, name) for name in kept},
+            vision={"period": self.vision.period, "latency": self.vision.latency},
+            calibration={"focal_ratio": self.calibration.focal_ratio},
+        )
 
     @property
     def digest(self) -> str:

@@ -1,0 +1,209 @@
+"""Runs as files: a NumPy archive (.npz) that holds the arrays and what made them.
+
+``numpy.load(path)`` opens one without vsctrl: an array for every entry of ``columns.COLUMNS``, and
+text for the rest, ``format``, ``vsctrl``, ``numpy`` (versions), ``scenario`` (TOML), ``digest``,
+``status`` and ``events`` (JSON). Nothing is pickled, so that opening a file never runs code, and
+equal runs give equal bytes. A file is written whole or not at all, and read with every check that
+can be made: whatever loads is a run that ``simulate`` could have returned.
+"""
+
+import io
+import json
+import zipfile
+from dataclasses import asdict, dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any, NoReturn, TypeVar, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.errors import InputError
+from vsctrl.servo.columns import COLUMNS, Column, sizes
+from vsctrl.servo.run import Event, Kind, Run, Status
+from vsctrl.servo.scenario import Scenario, toml
+from vsctrl.servo.scenario.fields import FieldsError
+
+R = TypeVar("R", bound=Run)
+
+FORMAT, VERSION = "vsctrl-run", 1
+# The oldest date that a zip archive can tell: the time of writing is no part of a run.
+_NEVER = (1980, 1, 1, 0, 0, 0)
+_AGAIN = "simulate the scenario again and save that"
+
+
+def save(run: Run, path: Path) -> None:
+    """Write a run to exactly this path, all of it or nothing. Raises InputError if impossible."""
+    toml.write(path, pack(run), "run")
+
+
+def load(cls: type[R], path: Path) -> R:
+    """Run, of class cls, from a file. Raises InputError, a sentence that begins with the path."""
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        problem = "there is no such file; check the path"
+    except IsADirectoryError:
+        problem = "this is a directory; name a file in it"
+    except (OSError, ValueError) as error:
+        reason = (isinstance(error, OSError) and error.strerror) or error
+        problem = f"the file cannot be read ({reason}); check the path and its permissions"
+    else:
+        return unpack(cls, data, str(path))
+    raise InputError(f"{path}: {problem}.")
+
+
+def pack(run: Run) -> bytes:
+    """The bytes of a run's file; the same for equal runs."""
+    texts = {
+        "format": f"{FORMAT}/{VERSION}",
+        "vsctrl": metadata.version("vsctrl"),
+        "numpy": np.__version__,
+        "scenario": run.scenario.to_toml(),
+        "digest": run.scenario.digest,
+        "status": json.dumps(asdict(run.status)),
+        "events": json.dumps([asdict(event) for event in run.events]),
+    }
+    entries: dict[str, NDArray[Any]] = {name: np.array(text) for name, text in texts.items()}
+    for name, column in COLUMNS.items():
+        value = getattr(run, name)
+        if value is not None:
+            entries[name] = np.asarray(value, dtype="?" if column.truth else "<f8", order="C")
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        for name, value in entries.items():
+            entry = zipfile.ZipInfo(f"{name}.npy", _NEVER)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3  # whatever the machine that writes
+            entry.external_attr = 0o644 << 16
+            content = io.BytesIO()
+            np.lib.format.write_array(content, value, allow_pickle=False)
+            archive.writestr(entry, content.getvalue())
+    return out.getvalue()
+
+
+def unpack(cls: type[R], data: bytes, source: str) -> R:
+    """The run in the bytes of a file. Raises InputError, a sentence that begins with source."""
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+            file = _File(source, {name: np.asarray(archive[name]) for name in archive.files})
+    except Exception as error:  # a damaged archive makes zipfile, zlib and NumPy raise all kinds
+        said = " ".join(str(error).split()).rstrip(".") or type(error).__name__
+        raise InputError(
+            f"{source}: this is no .npz file, or a damaged one ({said}); write it again with "
+            "Run.save."
+        ) from None
+    file.check_format()
+    scenario = file.scenario()
+    status, events = file.status(scenario), file.events()
+    arrays = {name: file.array(name, column, scenario) for name, column in COLUMNS.items()}
+    if status.ok != (len(arrays["t"]) == scenario.frames + 1):
+        file.refuse(
+            f"{len(arrays['t'])} frames of {scenario.frames + 1} do not go with the status "
+            f'"{status.kind}"; {_AGAIN}'
+        )
+    return cls(scenario=scenario, status=status, events=events, **arrays)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _File:
+    """The entries of an archive and where they come from, read with checks."""
+
+    source: str
+    entries: dict[str, NDArray[Any]]
+
+    def refuse(self, problem: str) -> NoReturn:
+        raise InputError(f"{self.source}: {problem}.")
+
+    def check_format(self) -> None:
+        if "format" not in self.entries:
+            self.refuse("this is no run of vsctrl (no entry 'format'); name a file of Run.save")
+        name, _, number = self.text("format").partition("/")
+        if name != FORMAT or not (number.isascii() and number.isdigit() and len(number) < 9):
+            self.refuse("this is no run of vsctrl; name a file that Run.save has written")
+        if int(number) > VERSION:
+            self.refuse(
+                f"format {name}/{number} is newer than the {FORMAT}/{VERSION} of this vsctrl; "
+                f"install vsctrl {self.text('vsctrl')[:20]} or newer"
+            )
+
+    def text(self, name: str) -> str:
+        value = self.entries.get(name)
+        if value is None:
+            self.refuse(f"the entry {name!r} is missing; {_AGAIN}")
+        if value.dtype.kind != "U" or value.shape:
+            self.refuse(f"{name}: {value.dtype} of shape {value.shape} is no text; {_AGAIN}")
+        return str(value)
+
+    def json(self, name: str) -> Any:
+        try:
+            return json.loads(self.text(name))
+        except (json.JSONDecodeError, RecursionError) as error:
+            self.refuse(f"{name}: this is no JSON ({error}); {_AGAIN}")
+
+    def scenario(self) -> Scenario:
+        try:
+            scenario = Scenario.from_toml(self.text("scenario"))
+        except FieldsError as error:
+            raise FieldsError(error.problems, source=f"{self.source}: scenario") from None
+        said = self.text("digest")
+        if scenario.digest != said:
+            self.refuse(
+                f"its scenario has the digest {scenario.digest}, but the file says {said[:20]!r} "
+                f"(vsctrl {self.text('vsctrl')[:20]}), so it was edited or is read in another way "
+                f"now; {_AGAIN}"
+            )
+        return scenario
+
+    def status(self, scenario: Scenario) -> Status:
+        value = self.json("status")
+        kinds = {"ok": bool, "kind": str, "frame": int, "sentence": str}
+        if not (
+            _is_record(value, kinds)
+            and value["kind"] in get_args(Kind)
+            and value["ok"] == (value["kind"] == "completed")
+            and 0 <= value["frame"] <= scenario.frames
+        ):
+            self.refuse(f"status: {str(value)[:80]} is not how a run ends; {_AGAIN}")
+        return Status(**value)
+
+    def events(self) -> tuple[Event, ...]:
+        value = self.json("events")
+        kinds = {"kind": str, "frame": int, "frames": int, "sentence": str}
+        if not isinstance(value, list) or not all(_is_record(event, kinds) for event in value):
+            self.refuse(f"events: {str(value)[:80]} is no list of events; {_AGAIN}")
+        return tuple(Event(**event) for event in value)
+
+    def array(self, name: str, column: Column, scenario: Scenario) -> Any:
+        """A read-only array of the right type and shape, finite; None where that is allowed."""
+        value = self.entries.get(name)
+        if value is None:
+            if column.optional:
+                return None
+            self.refuse(f"the array {name!r} is missing; {_AGAIN}")
+        kind = np.dtype(np.bool_ if column.truth else np.float64)
+        width = value.shape[-1] if value.ndim else 0
+        length = sizes(scenario) | {"frame": self.entries["t"].size, "measured": width}
+        shape = tuple(length[dim] for dim in column.dims)
+        # Equal but for the order of bytes, which may be another machine's.
+        if value.dtype.newbyteorder("=") != kind or value.shape != shape:
+            self.refuse(
+                f"{name}: {value.dtype} of shape {value.shape}, where the scenario needs {kind} "
+                f"of shape {shape}; {_AGAIN}"
+            )
+        out = np.ascontiguousarray(value, dtype=kind)
+        if not np.isfinite(out).all():
+            self.refuse(f"{name}: a value is not a finite number; {_AGAIN}")
+        if name == "t" and not (len(out) and np.array_equal(out, scenario.t[: len(out)])):
+            self.refuse(f"t: these are not the frames of the scenario; {_AGAIN}")
+        out.setflags(write=False)
+        return out
+
+
+def _is_record(value: Any, kinds: dict[str, type]) -> bool:
+    """Whether the value is an object with exactly these keys and types."""
+    return (
+        isinstance(value, dict)
+        and value.keys() == kinds.keys()
+        and all(type(value[name]) is kind for name, kind in kinds.items())
+    )

@@ -1,0 +1,85 @@
+"""Which depths the law is given: the true ones, those at the start, or those seen in motion.
+
+What is wrong with them (ρ) is a matter of ``belief``.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.servo.control.observer import DepthObserver
+from vsctrl.servo.pose import inverse
+
+if TYPE_CHECKING:
+    from vsctrl.servo.control.belief import Belief
+    from vsctrl.servo.control.controller import Shown
+    from vsctrl.servo.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+# What the depth observer believes of its first guess: a fifth of it, as one standard deviation.
+FIRST_GUESS = 0.2
+# Noise that it reckons with where the scenario has none (px): rounding must not count as certainty.
+LEAST_NOISE = 0.01
+
+
+class TrueDepths:
+    """The depths of the image that the law is shown."""
+
+    def __call__(self, shown: "Shown") -> Array:
+        return shown.depths
+
+
+class ConstantDepths:
+    """The depths of the reference at the start, for ever: (p,) in m."""
+
+    def __init__(self, depths: Array) -> None:
+        self._depths = depths
+
+    def __call__(self, shown: "Shown") -> Array:
+        return self._depths
+
+
+class SeenDepths:
+    """Depths from motion: the image between two frames, and how the hand says the camera moved.
+
+    They begin with the true ones times ρ, so ρ is the error of the first guess; the record of
+    estimates and excitation is (frames, p).
+    """
+
+    def __init__(self, scenario: "Scenario", belief: "Belief", depths: Array, frames: int) -> None:
+        noise = max(scenario.vision.noise_px, scenario.vision.quantum_px / 12**0.5, LEAST_NOISE)
+        first = belief.ratios * depths
+        self._ratios = belief.ratios
+        self._shift = belief.shift
+        self._observer = DepthObserver(
+            belief.camera.Fx, belief.camera.Fy, first, noise, FIRST_GUESS
+        )
+        self._before: Array | None = None
+        self.estimates = np.tile(first, (frames, 1))
+        self.excitation = np.zeros((frames, len(first)))
+
+    def __call__(self, shown: "Shown") -> Array:
+        if shown.fresh:
+            visible = shown.visible
+            everything = np.ones(len(shown.depths), dtype=bool) if visible is None else visible
+            image = shown.features if self._shift is None else shown.features + self._shift
+            here = shown.odometry()
+            motion = np.eye(4) if self._before is None else inverse(self._before) @ here
+            self._observer.update(image, motion, everything)
+            self._before = here
+        self.estimates[shown.frame :] = self._observer.depths
+        self.excitation[shown.frame :] = self._observer.excitation
+        # The belief multiplies by ρ once more, which is meant for depths that are not observed.
+        return self._observer.depths / self._ratios
+
+
+Depths = TrueDepths | ConstantDepths | SeenDepths
+
+
+def depths_of(scenario: "Scenario", belief: "Belief", start: Array, frames: int) -> Depths:
+    """The depths of a scenario's law; start: (p,) in m, those of the reference at t = 0."""
+    if scenario.law.depth == "estimated":
+        return SeenDepths(scenario, belief, start, frames)
+    return ConstantDepths(start) if scenario.law.depth == "constant" else TrueDepths()

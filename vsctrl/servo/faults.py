@@ -1,0 +1,121 @@
+"""What can go wrong in a run, in sentences, and whether the run then ends or goes on."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.servo.run import Event, Kind, Status
+
+if TYPE_CHECKING:
+    from vsctrl.servo.plant.arm import Stop
+    from vsctrl.servo.scenario.options import FaultsTable
+
+Array = NDArray[np.float64]
+
+#: The key of [faults] that decides about each kind; what is not here always ends the run.
+POLICY: dict[Kind, str] = {
+    "target behind camera": "on_behind",
+    "too few points": "on_lost",
+    "all points lost": "on_lost",
+    "rank loss": "on_rank_loss",
+    "pose not found": "on_rank_loss",
+    "joint limit": "on_joint_limit",
+}
+#: Kinds whose frame has an image and a command still.
+SEEN: frozenset[Kind] = frozenset(POLICY) - {"target behind camera"}
+
+
+class Faults:
+    """The faults of a run so far; it evolves with the run."""
+
+    def __init__(self, table: "FaultsTable") -> None:
+        self._table = table
+        self._first: dict[str, tuple[int, str]] = {}
+        self._frames: dict[str, int] = {}
+
+    def met(self, kind: Kind, frame: int, sentence: str) -> Status | None:
+        """A fault at a frame: the status that ends the run, or None where it goes on."""
+        if kind not in POLICY or getattr(self._table, POLICY[kind]) == "end":
+            return Status(False, kind, frame, sentence)
+        self.noted(kind, frame, sentence)
+        return None
+
+    def noted(self, kind: str, frame: int, sentence: str) -> None:
+        """Something that the run goes on in spite of."""
+        self._first.setdefault(kind, (frame, sentence))
+        self._frames[kind] = self._frames.get(kind, 0) + 1
+
+    def events(self) -> tuple[Event, ...]:
+        """All that the run went on in spite of, in the order in which it began."""
+        found = [
+            Event(
+                kind, frame, self._frames[kind], f"{sentence} In all {_times(self._frames[kind])}."
+            )
+            for kind, (frame, sentence) in self._first.items()
+        ]
+        return tuple(sorted(found, key=lambda event: event.frame))
+
+
+def completed(n: int) -> Status:
+    """The status of a run that reached the last of its n frames."""
+    return Status(True, "completed", n - 1, f"The run completed all {n} frames.")
+
+
+def diverged(k: int, t: float, farthest: float) -> str:
+    """The camera is farther away than any image would show."""
+    return (
+        f"At frame {k} (t = {t:g} s) the camera was more than {farthest:.3g} m from its reference: "
+        "the loop is unstable, and the run ends before this frame. Lower law.lam or "
+        "vision.latency."
+    )
+
+
+def behind(k: int, t: float, z: Array) -> str:
+    """A point is not in front of the camera."""
+    i = int(np.argmin(z))
+    return (
+        f"At frame {k} (t = {t:g} s) point {i + 1} would lie at depth {z[i]:.3g} m, behind the "
+        "camera. Lower law.lam or start nearer to the reference."
+    )
+
+
+def lost(k: int, t: float, left: int) -> tuple[Kind, str]:
+    """The image that the law is shown has fewer than three points."""
+    kind: Kind = "too few points" if left else "all points lost"
+    shows = f"only {left} of the points" if left else "none of the points"
+    return kind, (
+        f"At frame {k} (t = {t:g} s) the image showed {shows}, and three are needed. Choose another "
+        "motion, more points, or a larger camera.size_px."
+    )
+
+
+def rank_loss(k: int, t: float, rank: int) -> str:
+    """L̂ does not tell all motions apart."""
+    return (
+        f"At frame {k} (t = {t:g} s) the interaction matrix of the law had rank {rank} of 6, so "
+        "that the image no longer tells all motions apart; its twist is that of least norm. Use "
+        "other points or another law.interaction."
+    )
+
+
+def no_pose(k: int, t: float) -> str:
+    """No pose of the camera fits the image."""
+    return (
+        f"At frame {k} (t = {t:g} s) no pose of the camera fitted the image. Use more points, or "
+        "start nearer to the reference."
+    )
+
+
+def stopped(k: int, t: float, stop: "Stop") -> str:
+    """A joint of the robot is at its end."""
+    return f"At frame {k} (t = {t:g} s) the robot could not move on: {stop.sentence}"
+
+
+def saturated(k: int, t: float) -> str:
+    """The robot did less than it was told."""
+    return f"From frame {k} (t = {t:g} s) on, the robot's limits held it back."
+
+
+def _times(frames: int) -> str:
+    return f"{frames} frame{'s' if frames > 1 else ''}"

@@ -1,0 +1,237 @@
+"""What a run came to: a few numbers and sentences for people, the same ones everywhere.
+
+The command line prints them, figures take their captions from them.
+"""
+
+from dataclasses import asdict, dataclass
+from importlib import metadata
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.errors import InputError
+from vsctrl.servo.columns import measured_in_pixels
+from vsctrl.servo.run import Event, Run, Status
+
+Array = NDArray[np.float64]
+
+SCHEMA = "vsctrl-simulate/1"
+# Less than this is rounding to a reader, in mm, mrad, px and their speeds alike.
+NOTHING = 1e-6
+# A distance that more than doubles in the last quarter has not settled, beyond this many m.
+UNSETTLED = 1e-4
+# Share of the frames, at the end, that counts as the run's last part.
+LAST = 0.25
+UNSTEADY = "The distance from the reference is still growing at the end."
+
+
+class Course(NamedTuple):
+    """A quantity at the last frame, and in the last quarter of a completed run.
+
+    final; mean ± half_range: over that quarter, which is steady where half_range is small; None
+    after a failure, which ends before any steady state.
+    """
+
+    final: float
+    mean: float | None
+    half_range: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """Summary of a run.
+
+    along: lag along the motion, m, None for a reference that does not translate; distance: of the
+    camera from its reference, m; angle: by which it is turned away, rad; true_error: norm of
+    s − s*, px; measured_error: norm of what the law was shown, in measured_unit; speed, rate: the
+    camera's greatest, m/s and rad/s, each with its time in s; visible: least number of points that
+    the image showed, of ``points``; settled: the run completed, and its distance did not more than
+    double in the last quarter.
+    """
+
+    name: str
+    digest: str
+    status: Status
+    events: tuple[Event, ...]
+    frames: int
+    end: float
+    along: Course | None
+    distance: Course
+    angle: Course
+    true_error: Course
+    measured_error: Course
+    measured_unit: str
+    speed: tuple[float, float]
+    rate: tuple[float, float]
+    visible: int
+    points: int
+    settled: bool
+
+    def data(self) -> dict[str, Any]:
+        """The same as JSON takes it; every name ends in its unit."""
+
+        def course(found: Course | None) -> dict[str, float | None] | None:
+            return None if found is None else found._asdict()
+
+        return {
+            "schema": SCHEMA,
+            "version": metadata.version("vsctrl"),
+            "scenario": {"name": self.name, "digest": self.digest},
+            "status": asdict(self.status),
+            "events": [asdict(event) for event in self.events],
+            "frames": self.frames,
+            "end_s": self.end,
+            "lag_along_motion_m": course(self.along),
+            "distance_m": course(self.distance),
+            "angle_rad": course(self.angle),
+            "true_error_px": course(self.true_error),
+            "measured_error": course(self.measured_error),
+            "measured_error_unit": self.measured_unit,
+            "peak_speed_m_s": self.speed[0],
+            "peak_speed_at_s": self.speed[1],
+            "peak_rate_rad_s": self.rate[0],
+            "peak_rate_at_s": self.rate[1],
+            "least_points_visible": self.visible,
+            "points": self.points,
+            "settled": self.settled,
+        }
+
+    def __str__(self) -> str:
+        """A table to print."""
+        rows = [
+            ("along the motion", self.along, 1e3, "mm", True),
+            ("distance from the reference", self.distance, 1e3, "mm", False),
+            ("angle to the reference", self.angle, 1e3, "mrad", False),
+            ("true image error", self.true_error, 1.0, "px", False),
+            ("measured error", self.measured_error, 1.0, self.measured_unit, False),
+        ]
+        lines = [
+            f"{self.name} ({self.digest}), {self.frames} frames to t = {self.end:g} s",
+            self.status.sentence,
+            *(event.sentence for event in self.events),
+            *([UNSTEADY] if self.status.ok and not self.settled else []),
+            "",
+            f"{'':<28}{'at the end':>14}    last quarter",
+        ]
+        for label, found, scale, unit, signed in rows:
+            if found is None:
+                lines.append(f"{label:<28}{'-':>14}    the reference does not translate")
+                continue
+            last = ""
+            if found.mean is not None and found.half_range is not None:
+                spread = number(scale * found.half_range)
+                last = f"{number(scale * found.mean, signed)} ± {spread} {unit}"
+            final = f"{number(scale * found.final, signed)} {unit}"
+            words = f"({side(1e3 * found.final)})" if signed and side(1e3 * found.final) else ""
+            lines.append(f"{label:<28}{final:>14}    {last:<24}{words}".rstrip())
+        for label, (value, t), scale, unit in (
+            ("greatest speed", self.speed, 1e3, "mm/s"),
+            ("greatest rate of turn", self.rate, 1e3, "mrad/s"),
+        ):
+            at = f"at t = {t:g} s" if scale * value > NOTHING else ""
+            lines.append(f"{label:<28}{number(scale * value) + ' ' + unit:>14}    {at}".rstrip())
+        if self.visible < self.points:
+            lines.append(
+                f"{'points in the image':<28}{self.visible:>14}    of {self.points}, at the least"
+            )
+        return "\n".join(lines)
+
+
+def outcome(run: Run) -> Outcome:
+    """The summary of a run."""
+    speed, rate = (np.linalg.norm(run.twist[:, part], axis=1) for part in (_V, _OMEGA))
+    try:
+        along = _course(run, run.lag_along_motion)
+    except InputError:
+        along = None
+    return Outcome(
+        name=run.scenario.name,
+        digest=run.scenario.digest,
+        status=run.status,
+        events=run.events,
+        frames=len(run.t),
+        end=float(run.t[-1]),
+        along=along,
+        distance=_course(run, distance(run)),
+        angle=_course(run, np.linalg.norm(run.lag[:, _OMEGA], axis=1)),
+        true_error=_course(run, np.linalg.norm(run.error, axis=1)),
+        measured_error=_course(run, np.linalg.norm(run.measured_error, axis=1)),
+        measured_unit="px" if measured_in_pixels(run.scenario) else "(own units)",
+        speed=_peak(run, speed),
+        rate=_peak(run, rate),
+        visible=int(run.visible.sum(axis=1).min()),
+        points=run.visible.shape[1],
+        settled=run.status.ok and _settled(distance(run)),
+    )
+
+
+_V, _OMEGA = slice(0, 3), slice(3, 6)
+
+
+def distance(run: Run) -> Array:
+    """Distance of the camera from its reference, (n,) in m."""
+    out: Array = np.linalg.norm(run.pose[:, :3, 3] - run.reference_pose[:, :3, 3], axis=1)
+    return out
+
+
+def notice(found: Outcome) -> str:
+    """One to three sentences on what a reader of the run's figure should see."""
+    if not found.status.ok:
+        return found.status.sentence
+    parts = [] if found.settled else [UNSTEADY]
+    if found.along is None:
+        parts.append(f"The camera ends {number(1e3 * found.distance.final)} mm from its reference.")
+    elif not side(1e3 * found.along.final):
+        parts.append("The camera ends level with its reference along the motion.")
+    else:
+        lag = 1e3 * found.along.final
+        where = {"ahead": "ahead of", "behind": "behind"}[side(lag)]
+        parts.append(f"The camera ends {number(abs(lag))} mm {where} its reference.")
+    true, seen = found.true_error.final, found.measured_error.final
+    if found.measured_unit != "px":
+        parts.append(f"The true image error is then {number(true)} px.")
+    else:
+        only = "only " if true > 2 * seen + NOTHING else ""
+        parts.append(
+            f"The true image error is then {number(true)} px; the law was shown {only}"
+            f"{number(seen)} px."
+        )
+    if found.visible < found.points:
+        parts.append(f"At the least {found.visible} of {found.points} points were in the image.")
+    return " ".join(parts)
+
+
+def number(value: float, signed: bool = False) -> str:
+    """Four significant digits with a true minus sign; rounding is 0."""
+    if abs(value) < NOTHING:
+        return "0"
+    text = f"{value:+.4g}" if 1e-4 <= abs(value) < 1e4 else f"{value:+.3e}"
+    if 1e4 <= abs(value) < 1e7:
+        text = f"{value:+.0f}"
+    return (text if signed else text.lstrip("+")).replace("-", "−")
+
+
+def side(lag: float) -> str:
+    """Whether a lag in mm is "ahead" or "behind"; nothing for a lag of nothing."""
+    return "" if abs(lag) < NOTHING else "ahead" if lag > 0 else "behind"
+
+
+def _settled(away: Array) -> bool:
+    cut = len(away) - max(1, round(LAST * len(away)))
+    before = float(away[:cut].max(initial=0.0))
+    return cut == 0 or float(away[cut:].max()) <= max(2 * before, UNSETTLED)
+
+
+def _course(run: Run, values: Array) -> Course:
+    final = float(values[-1])
+    if not run.status.ok:
+        return Course(final, None, None)
+    last = values[-max(1, round(LAST * len(values))) :]
+    low, high = float(last.min()), float(last.max())
+    return Course(final, float(last.mean()), (high - low) / 2)
+
+
+def _peak(run: Run, values: Array) -> tuple[float, float]:
+    k = int(np.argmax(values))
+    return float(values[k]), float(run.t[k])

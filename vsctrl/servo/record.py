@@ -1,0 +1,88 @@
+"""The arrays that a run fills frame by frame, and the Run that is made of them."""
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.servo.control.depths import SeenDepths
+from vsctrl.servo.faults import SEEN, Faults
+from vsctrl.servo.pose import inverse, log
+from vsctrl.servo.run import Run, Status
+
+if TYPE_CHECKING:
+    from vsctrl.servo.control.controller import Controller
+    from vsctrl.servo.control.plan import Plan
+    from vsctrl.servo.plant.carrier import Carrier
+    from vsctrl.servo.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Record:
+    """What is known of n frames with p points and m features; each frame writes its row."""
+
+    pose: Array
+    features: Array
+    depths: Array
+    visible: NDArray[np.bool_]
+    measured_error: Array
+    command: Array
+
+    @classmethod
+    def of(cls, n: int, p: int, m: int) -> "Record":
+        """An empty record."""
+        return cls(
+            pose=np.empty((n, 4, 4)),
+            features=np.empty((n, 2 * p)),
+            depths=np.empty((n, p)),
+            visible=np.ones((n, p), dtype=bool),
+            measured_error=np.empty((n, m)),
+            command=np.empty((n, 6)),
+        )
+
+    def run(
+        self,
+        scenario: "Scenario",
+        plan: "Plan",
+        carrier: "Carrier",
+        controller: "Controller",
+        status: Status,
+        faults: Faults,
+    ) -> Run:
+        """The frames that were reached, as a Run of read-only arrays."""
+        # Frames that fail before they have an image are left out.
+        n = status.frame + (status.ok or status.kind in SEEN)
+        twist = np.zeros((n, 6))
+        moved = carrier.twists[:n]
+        twist[: len(moved)] = moved
+        pose, reference_pose = self.pose[:n], plan.pose[:n]
+        joints, depths = carrier.joints, getattr(controller, "depths", None)
+        seen = depths if isinstance(depths, SeenDepths) else None
+        run = Run(
+            scenario=scenario,
+            t=scenario.t[:n],
+            pose=pose,
+            reference_pose=reference_pose,
+            features=self.features[:n],
+            reference=plan.image[:n],
+            error=self.features[:n] - plan.image[:n],
+            measured_error=self.measured_error[:n],
+            command=self.command[:n],
+            twist=twist,
+            lag=log(inverse(reference_pose) @ pose),
+            depths=self.depths[:n],
+            visible=self.visible[:n],
+            status=status,
+            events=faults.events(),
+            joints=None if joints is None else joints[:n],
+            depth_estimate=None if seen is None else seen.estimates[:n],
+            excitation=None if seen is None else seen.excitation[:n],
+        )
+        for field in fields(run):
+            value = getattr(run, field.name)
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+        return run
