@@ -4,8 +4,11 @@ Figures are Matplotlib `Figure` objects, never pyplot's, so that drawing has no 
 """
 
 from vsctrl.report.plots.chart import stability_chart
+from vsctrl.report.plots.history import histories
 from vsctrl.report.plots.measured import sine_response
+from vsctrl.report.plots.paper import error_traces, first_point, paths, velocities
 from vsctrl.report.plots.responses import errors, responses, top_view
+from vsctrl.report.plots.run import picture, run_figure
 from vsctrl.report.plots.stability import bode, nyquist, root_locus
 from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, STYLE, WITH, WITHOUT, to_svg
 
@@ -18,12 +21,19 @@ __all__ = [
     "WITH",
     "WITHOUT",
     "bode",
+    "error_traces",
     "errors",
+    "first_point",
+    "histories",
     "nyquist",
+    "paths",
+    "picture",
     "responses",
     "root_locus",
+    "run_figure",
     "sine_response",
     "stability_chart",
     "to_svg",
     "top_view",
+    "velocities",
 ]

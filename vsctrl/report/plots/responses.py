@@ -56,9 +56,9 @@ def responses(data: Times) -> Figure:
 
 
 def errors(on: Run, off: Run) -> Figure:
-    """Figure 5 of the paper: image error E with and without the derivative term, true and seen."""
+    """Figures 5 and 7 of the paper: image error E with and without k_ff, true and as measured."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 3.4), layout="constrained")
+        figure = Figure(figsize=(7.2, 3.8), layout="constrained")
         axes = figure.subplots()
         for run, colour, name in ((off, WITHOUT, "without"), (on, WITH, "with")):
             true = np.linalg.norm(run.error, axis=1)
@@ -75,7 +75,7 @@ def errors(on: Run, off: Run) -> Figure:
             )
         axes.set(xlabel="t, s", ylabel="E, px", ylim=(0, None), xlim=(0, None))
         axes.margins(y=0.12)
-        axes.legend(loc="center", ncols=2)
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
