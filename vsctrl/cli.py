@@ -169,7 +169,7 @@ def simulate(
     """
     files = _targets(scenario, {"--out": out, "--plot": plot, "--animate": animate})
     from vsctrl import paper, servo
-    from vsctrl.servo.outcome import outcome
+    from vsctrl.servo.results.outcome import outcome
     from vsctrl.servo.scenario import toml
 
     run = servo.simulate(servo.Scenario.load(scenario) if scenario else paper.sliding())

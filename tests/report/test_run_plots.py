@@ -16,8 +16,8 @@ from vsctrl.report.plots import picture, run_figure
 from vsctrl.report.plots.animation import animate, timing
 from vsctrl.report.plots.style import WITH
 from vsctrl.servo import Run, simulate
-from vsctrl.servo.outcome import notice, outcome
-from vsctrl.servo.run import Status
+from vsctrl.servo.results.outcome import notice, outcome
+from vsctrl.servo.results.run import Status
 
 STILL = {"V": (0.0, 0.0, 0.0), "offset": (0.05, -0.03, 0.1, 0.1, -0.1, 0.3)}
 

@@ -4,7 +4,12 @@ It shares no formula with ``vsctrl.derive`` (except the generated kernels) and n
 ``vsctrl.diagram``, so that their agreement is evidence.
 """
 
+from vsctrl.servo.control.kalman import ImageFilter
 from vsctrl.servo.control.law import Command, Law
+from vsctrl.servo.control.measures import MEASURES
+from vsctrl.servo.control.observer import DepthObserver
+from vsctrl.servo.control.pnp import PoseFit, pose_from_image
+from vsctrl.servo.control.structure import Structure, target_from_motion
 from vsctrl.servo.feasibility.following import Feasibility, Reading, feasibility
 from vsctrl.servo.feasibility.joints import JointPath
 from vsctrl.servo.feasibility.limits import Limits
@@ -23,19 +28,23 @@ from vsctrl.servo.motion.trajectory import (
 from vsctrl.servo.plant.camera import Camera, View
 from vsctrl.servo.plant.robot import FreeCamera, Gantry
 from vsctrl.servo.plant.target import CUBE_LEDS, Target
-from vsctrl.servo.run import Run, Status
+from vsctrl.servo.results.run import Event, Run, Status
 from vsctrl.servo.scenario import Scenario, schema
 from vsctrl.servo.simulate import simulate
 
 __all__ = [
     "CUBE_LEDS",
+    "MEASURES",
     "Blend",
     "Camera",
     "Command",
     "ConstantScrew",
+    "DepthObserver",
+    "Event",
     "Feasibility",
     "FreeCamera",
     "Gantry",
+    "ImageFilter",
     "JointPath",
     "Jump",
     "Law",
@@ -43,20 +52,24 @@ __all__ = [
     "Linked",
     "Oscillation",
     "Path",
+    "PoseFit",
     "Reading",
     "Retimed",
     "Run",
     "Scenario",
     "Status",
+    "Structure",
     "Target",
     "Trajectory",
     "View",
     "fastest",
     "feasibility",
     "hold",
+    "pose_from_image",
     "rotation",
     "schema",
     "simulate",
     "slowed",
+    "target_from_motion",
     "translation",
 ]

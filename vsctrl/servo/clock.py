@@ -3,16 +3,18 @@
 Frames k = 0..N at ``t_k = k Tₛ``. Two honest simulators disagree by millimetres if these differ.
 """
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo.scenario import Placement
+if TYPE_CHECKING:
+    from vsctrl.servo.scenario import Placement
 
 Array = NDArray[np.float64]
 
-# Times are decimal fractions typed by people: 0.12 s / 0.04 s is 3 periods, not 2.9999999999999996.
+# Times are decimal fractions typed by people: 9 s / 0.04 s is 225 frames, not
+# 224.99999999999997.
 WHOLE = 1e-6
 
 
@@ -24,7 +26,7 @@ class Delays(NamedTuple):
     command: float
 
 
-def delays(placement: Placement, periods: float) -> Delays:
+def delays(placement: "Placement", periods: float) -> Delays:
     """Who is late by the latency: the image, image and reference alike, or the robot."""
     return {
         "measurement": Delays(periods, 0.0, 0.0),

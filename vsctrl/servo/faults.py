@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo.run import Event, Kind, Status
+from vsctrl.servo.results.run import Event, Kind, Status
 
 if TYPE_CHECKING:
     from vsctrl.servo.plant.arm import Stop
@@ -85,8 +85,8 @@ def lost(k: int, t: float, left: int) -> tuple[Kind, str]:
     kind: Kind = "too few points" if left else "all points lost"
     shows = f"only {left} of the points" if left else "none of the points"
     return kind, (
-        f"At frame {k} (t = {t:g} s) the image showed {shows}, and three are needed. Choose another "
-        "motion, more points, or a larger camera.size_px."
+        f"At frame {k} (t = {t:g} s) the image showed {shows}, and three are needed. Choose "
+        "another motion, more points, or a larger camera.size_px."
     )
 
 
@@ -94,7 +94,7 @@ def rank_loss(k: int, t: float, rank: int) -> str:
     """L̂ does not tell all motions apart."""
     return (
         f"At frame {k} (t = {t:g} s) the interaction matrix of the law had rank {rank} of 6, so "
-        "that the image no longer tells all motions apart; its twist is that of least norm. Use "
+        "that the image no longer tells all motions apart; its twist is of least norm. Use "
         "other points or another law.interaction."
     )
 
@@ -108,8 +108,20 @@ def no_pose(k: int, t: float) -> str:
 
 
 def stopped(k: int, t: float, stop: "Stop") -> str:
-    """A joint of the robot is at its end."""
-    return f"At frame {k} (t = {t:g} s) the robot could not move on: {stop.sentence}"
+    """A joint of the robot is at its end, or it was sent nowhere that is a number."""
+    if stop.joint is None:
+        return (
+            f"At frame {k} (t = {t:g} s) the twist that reached the robot was beyond every number: "
+            "the loop is unstable, and the camera stays where it is. Lower law.lam or "
+            "vision.latency."
+        )
+    unit = "m" if stop.joint <= 3 else "rad"
+    return (
+        f"At frame {k} (t = {t:g} s) joint {stop.joint} of the robot would pass the end of its "
+        f"range: it would stand at {stop.value:.6g} {unit}, and the limit is {stop.limit:.6g} "
+        f"{unit}. Begin elsewhere (robot.joints), shorten the motion, or set robot.avoidance = "
+        "true."
+    )
 
 
 def saturated(k: int, t: float) -> str:

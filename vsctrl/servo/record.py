@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from vsctrl.servo.control.depths import SeenDepths
 from vsctrl.servo.faults import SEEN, Faults
 from vsctrl.servo.pose import inverse, log
-from vsctrl.servo.run import Run, Status
+from vsctrl.servo.results.run import Run, Status
 
 if TYPE_CHECKING:
     from vsctrl.servo.control.controller import Controller

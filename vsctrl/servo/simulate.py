@@ -23,7 +23,7 @@ from vsctrl.servo.plant.target import Target
 from vsctrl.servo.plant.vision import Eye, Schedule, Sight
 from vsctrl.servo.pose import adjoint, exp, inverse
 from vsctrl.servo.record import Record
-from vsctrl.servo.run import Run, Status
+from vsctrl.servo.results.run import Run, Status
 
 if TYPE_CHECKING:
     from vsctrl.servo.scenario import Scenario
@@ -86,7 +86,7 @@ class _Loop:
     def run(self) -> Status:
         """Fill the record frame by frame, until the end or the fault that ends the run."""
         record, plan, carrier = self.record, self.plan, self.carrier
-        t, half = self.t, 0
+        t = self.t
         away = carrier.pose[:3, 3] - plan.pose[0, :3, 3]
         farthest = DIVERGED * max(float(plan.shown.depths.max()), float(np.linalg.norm(away)))
         before, applied, held = plan.image[0], np.zeros(6), False
@@ -145,7 +145,7 @@ class _Loop:
         return T if self.hand_eye is None else adjoint(inverse(self.hand_eye)) @ T
 
     def _judged(self, k: int, shown: Shown, rank: int) -> Status | None:
-        """The faults of a frame that was asked and moved; the status if one of them ends the run."""
+        """The faults of a frame that was asked and moved; the status if one ends the run."""
         t, stop = float(self.t[k]), self.carrier.stopped
         ended = None
         left = FEWEST if shown.visible is None else int(shown.visible.sum())

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from vsctrl.errors import InputError
 from vsctrl.report.plots.style import EXACT, INK, STYLE, WITH, WITHOUT, Array
 from vsctrl.servo import Run
-from vsctrl.servo.columns import measured_in_pixels
-from vsctrl.servo.outcome import distance, notice, outcome, side
+from vsctrl.servo.results.columns import measured_in_pixels
+from vsctrl.servo.results.outcome import distance, notice, outcome, side
 
 #: What a figure can be written as.
 SUFFIXES = (".png", ".svg", ".pdf")

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo import clock
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -33,9 +34,6 @@ ORDER: dict[Model, int] = {"velocity": 2, "acceleration": 3}
 # two images make the first rate and three the first acceleration, as differences would; the
 # acceleration's is the smaller one, so that the second image is read as a rate.
 _UNKNOWN = (1.0, 1e5, 1e3)
-
-# A latency this near to whole periods (in periods) is meant to be whole.
-_WHOLE = 1e-9
 
 
 class Estimate(NamedTuple):
@@ -102,7 +100,8 @@ class ImageFilter:
         self._process = float(process)
         self._variance = float(measurement) ** 2
         d = latency / period
-        self._delay = float(round(d)) if abs(d - round(d)) < _WHOLE else d
+        n = clock.whole(d)
+        self._delay = d if n is None else float(n)
         self._frame = -1
         self._motion = self._over(1.0)
         self._horizon, self._ahead = 0.0, self._over(0.0)

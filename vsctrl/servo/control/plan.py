@@ -20,8 +20,8 @@ from vsctrl.servo.plant.lens import distorted, distorted_rate, undistorted
 from vsctrl.servo.pose import adjoint, exp, inverse
 
 if TYPE_CHECKING:
-    from vsctrl.servo.plant.vision import Eye
     from vsctrl.servo.motion.trajectory import Trajectory
+    from vsctrl.servo.plant.vision import Eye
     from vsctrl.servo.scenario import Scenario
 
 Array = NDArray[np.float64]

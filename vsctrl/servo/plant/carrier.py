@@ -23,18 +23,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.clock import WHOLE
 from vsctrl.servo.plant.arm import Arm, Stop
 from vsctrl.servo.plant.axes import Axes, Piece, along
 from vsctrl.servo.plant.capability import Capability
-from vsctrl.servo.plant.robot import _rigid
+from vsctrl.servo.plant.robot import rigid
 from vsctrl.servo.pose import adjoint, exp_one
 
 __all__ = ["Capability", "Carrier", "Stop"]
 
 Array = NDArray[np.float64]
 
-# Delays are decimal fractions typed by people: 0.08 s/0.04 s is 2 frames (as in scenario.checks).
-WHOLE = 1e-6
 # A command beyond this (m/s, rad/s; or no number at all) moves nothing: its square would overflow.
 RUNAWAY = 1e100
 
@@ -71,13 +70,13 @@ class Carrier:
             raise InputError(f"frames: {frames!r} is no number of frames; give 0 or more.")
         if not 0 <= delay < math.inf:
             raise InputError(f"delay: {delay!r} is no dead time; give finite seconds, 0 or more.")
-        self.pose, self.stopped = _rigid("start", start), None
+        self.pose, self.stopped = rigid("start", start), None
         self._period, self._k = period, 0
         ratio = min(delay / period, frames + 1.0)  # what would come later never arrives
         self._late = math.floor(ratio + WHOLE)
         share = ratio - self._late
         self._old = share * period if share > WHOLE else 0.0
-        self._adjoint = None if hand_eye is None else adjoint(_rigid("hand_eye", hand_eye))
+        self._adjoint = None if hand_eye is None else adjoint(rigid("hand_eye", hand_eye))
         self._capability = capability or Capability()
         self._axes: Axes | None = None
         self._arm: Arm | None = None

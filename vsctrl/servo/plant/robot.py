@@ -63,7 +63,7 @@ class Gantry:
 
     def __post_init__(self) -> None:
         for name in ("bTo", "eTc"):
-            _keep(self, name, _rigid(name, getattr(self, name)))
+            _keep(self, name, rigid(name, getattr(self, name)))
         for name in ("lower", "upper"):
             _keep(self, name, vector(name, getattr(self, name), 6))
         for name in ("speeds", "accelerations"):
@@ -93,9 +93,7 @@ class Gantry:
         oTc: (4, 4); q: (6,) in m and rad; eTc: (4, 4), identity where left out.
         """
         mount = cls(eTc=np.eye(4) if eTc is None else np.asarray(eTc, dtype=np.float64))
-        return cls(
-            bTo=mount.forward(vector("q", q, 6)) @ inverse(_rigid("oTc", oTc)), eTc=mount.eTc
-        )
+        return cls(bTo=mount.forward(vector("q", q, 6)) @ inverse(rigid("oTc", oTc)), eTc=mount.eTc)
 
     def forward(self, q: ArrayLike) -> Array:
         """Pose bTc of the camera in the base for joints q: (..., 6) in m, rad → (..., 4, 4)."""
@@ -230,7 +228,8 @@ def _solve_linear(J: Array, b: Array, q5: Array) -> Array:
     return out
 
 
-def _rigid(name: str, value: ArrayLike) -> Array:
+def rigid(name: str, value: ArrayLike) -> Array:
+    """A rigid motion, (4, 4). Raises InputError that names it."""
     out = np.array(value, dtype=np.float64)
     if out.shape != (4, 4) or not np.isfinite(out).all():
         raise InputError(f"{name}: an array of shape {out.shape} is no pose; give a finite (4, 4).")

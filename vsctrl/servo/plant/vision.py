@@ -6,7 +6,7 @@ of disorder leaves the others as they were.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from vsctrl.servo import clock
 from vsctrl.servo.plant.camera import NEAREST, Camera
 from vsctrl.servo.plant.lens import distorted
-from vsctrl.servo.scenario.experiment import VisionTable
+
+if TYPE_CHECKING:
+    from vsctrl.servo.scenario.experiment import VisionTable
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -85,7 +87,7 @@ class Schedule:
     quantum: float
 
     @classmethod
-    def of(cls, vision: VisionTable, t: Array, points: int, age: float) -> "Schedule":
+    def of(cls, vision: "VisionTable", t: Array, points: int, age: float) -> "Schedule":
         """The schedule of the frames t (n,) in s, of images that are ``age`` periods old."""
         n, period = len(t), vision.period
         k = np.arange(n)
@@ -125,7 +127,7 @@ class Schedule:
         return features
 
 
-def _noise(vision: VisionTable, n: int, points: int) -> Array | None:
+def _noise(vision: "VisionTable", n: int, points: int) -> Array | None:
     """Noise of every image and mismatches of some points, (n, 2p) in px; None where there is none.
 
     A mismatch moves a point by a normal deviate in both coordinates, and stays for one image.

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.servo.clock import WHOLE
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.plant.camera import NEAREST, Camera
 from vsctrl.servo.pose import exp
@@ -21,8 +22,6 @@ Problem = tuple[str, str]
 FEWEST_POINTS = 3
 MOST_FRAMES = 1_000_000
 MOST_POINT_FRAMES = 10_000_000
-# Times are decimal fractions typed by people: 9 s / 0.04 s is 225 frames, not 224.99999999999997.
-WHOLE = 1e-6
 
 
 def count_frames(duration: float, period: float) -> int:

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from vsctrl.errors import InputError
+from vsctrl.servo.clock import WHOLE
 from vsctrl.servo.motion.trajectory import ConstantScrew, Trajectory
 from vsctrl.servo.plant.camera import Camera
 from vsctrl.servo.pose import exp, from_euler_xyz
 from vsctrl.servo.scenario import fields, toml
 from vsctrl.servo.scenario.checks import (
-    WHOLE,
     count_frames,
     frame_problems,
     image_problems,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
-from vsctrl.servo.columns import measured_in_pixels
+from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ class Run:
         ``np.load`` opens it too; see ``archive`` for what is in it. Equal runs give equal bytes.
         Raises InputError when the file cannot be written.
         """
-        from vsctrl.servo import archive
+        from vsctrl.servo.results import archive
 
         archive.save(self, Path(path))
 
@@ -141,7 +141,7 @@ class Run:
 
         Raises InputError, a sentence that begins with the path.
         """
-        from vsctrl.servo import archive
+        from vsctrl.servo.results import archive
 
         return archive.load(cls, Path(path))
 
@@ -152,14 +152,14 @@ class Run:
         column of poses, point, joint. Attributes: the scenario as TOML, its digest, status, events.
         Raises InputError when xarray is not installed.
         """
-        from vsctrl.servo.dataset import dataset
+        from vsctrl.servo.results.dataset import dataset
 
         return dataset(self)
 
     def _repr_html_(self) -> str:
         """A small table of the run's end and a picture of its course, for notebooks."""
-        from vsctrl.servo.outcome import number
-        from vsctrl.servo.sketch import sketch
+        from vsctrl.servo.results.outcome import number
+        from vsctrl.servo.results.sketch import sketch
 
         rows = [
             ("scenario", f"{self.scenario.name} ({self.scenario.digest})"),

@@ -11,12 +11,12 @@ from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 from vsctrl.errors import InputError
-from vsctrl.servo.columns import COLUMNS, TWIST, feature_names, measured_in_pixels, sizes
+from vsctrl.servo.results.columns import COLUMNS, TWIST, feature_names, measured_in_pixels, sizes
 
 if TYPE_CHECKING:
     import xarray
 
-    from vsctrl.servo.run import Run
+    from vsctrl.servo.results.run import Run
 
 
 def dataset(run: Run) -> xarray.Dataset:

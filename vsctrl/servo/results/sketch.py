@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo.columns import measured_in_pixels
+from vsctrl.servo.results.columns import measured_in_pixels
 
 if TYPE_CHECKING:
-    from vsctrl.servo.run import Run
+    from vsctrl.servo.results.run import Run
 
 Array = NDArray[np.float64]
 

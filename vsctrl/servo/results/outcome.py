@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
-from vsctrl.servo.columns import measured_in_pixels
-from vsctrl.servo.run import Event, Run, Status
+from vsctrl.servo.results.columns import measured_in_pixels
+from vsctrl.servo.results.run import Event, Run, Status
 
 Array = NDArray[np.float64]
 

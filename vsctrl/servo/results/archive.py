@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
-from vsctrl.servo.columns import COLUMNS, Column, sizes
-from vsctrl.servo.run import Event, Kind, Run, Status
+from vsctrl.servo.results.columns import COLUMNS, Column, sizes
+from vsctrl.servo.results.run import Event, Kind, Run, Status
 from vsctrl.servo.scenario import Scenario, toml
 from vsctrl.servo.scenario.fields import FieldsError
 

@@ -1,0 +1,1 @@
+"""What came of a run: the record, its file, its dataset, its summary and its small picture."""
