@@ -51,6 +51,21 @@ def names(folder):
 
 
 # What it says ----------------------------------------------------------------------------------
+def test_a_gantry_says_which_joint_came_nearest_to_its_end(here):
+    """A slide of 0.36 m along axis 3, from 0.2 of its 0.4601 m: it does not fit."""
+    robot = {"carrier": "gantry", "joints": (0, 0, 0.2, 0, 0.5, 0), "avoidance": True}
+    paper.sliding().with_(**robot).save(here / "slow.toml")
+    result = call("slow.toml")
+    assert result.exit_code == 0
+    assert re.search(
+        r"nearest to its end +99\.\d+ % +of its range, joint 3 at t = 9 s", result.stdout
+    )
+    assert re.search(r"the robot's limits held it back. That was so in \d+ frames.", result.stdout)
+    found = json.loads(call("slow.toml", "--json").stdout)["joints"]
+    assert found["joint"] == 3 and 0.99 < found["share"] < 1
+    assert found["wrist"] == pytest.approx(np.cos(0.5), abs=1e-9)  # the slide does not turn
+
+
 def test_without_a_scenario_it_is_the_paper_s_slide(here):
     result = call()
     assert result.exit_code == 0 and result.stderr == "" and not names(here)

@@ -50,7 +50,10 @@ class Faults:
         """All that the run went on in spite of, in the order in which it began."""
         found = [
             Event(
-                kind, frame, self._frames[kind], f"{sentence} In all {_times(self._frames[kind])}."
+                kind,
+                frame,
+                self._frames[kind],
+                f"{sentence} That was so in {_times(self._frames[kind])}.",
             )
             for kind, (frame, sentence) in self._first.items()
         ]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.plant.robot import Gantry
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.run import Event, Run, Status
 
@@ -38,6 +39,16 @@ class Course(NamedTuple):
     half_range: float | None
 
 
+class Reach(NamedTuple):
+    """The joint that came nearest to an end of its range: its number, 1..6, the share of the range
+    from the middle (0) to the end (1), when (s), and the least |cos q₅| of the wrist."""
+
+    joint: int
+    share: float
+    t: float
+    wrist: float
+
+
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """Summary of a run.
@@ -46,8 +57,8 @@ class Outcome:
     camera from its reference, m; angle: by which it is turned away, rad; true_error: norm of
     s − s*, px; measured_error: norm of what the law was shown, in measured_unit; speed, rate: the
     camera's greatest, m/s and rad/s, each with its time in s; visible: least number of points that
-    the image showed, of ``points``; settled: the run completed, and its distance did not more than
-    double in the last quarter.
+    the image showed, of ``points``; reach: of the joints, None for a free camera; settled: the run
+    completed, and its distance did not more than double in the last quarter.
     """
 
     name: str
@@ -66,6 +77,7 @@ class Outcome:
     rate: tuple[float, float]
     visible: int
     points: int
+    reach: Reach | None
     settled: bool
 
     def data(self) -> dict[str, Any]:
@@ -94,6 +106,7 @@ class Outcome:
             "peak_rate_at_s": self.rate[1],
             "least_points_visible": self.visible,
             "points": self.points,
+            "joints": None if self.reach is None else self.reach._asdict(),
             "settled": self.settled,
         }
 
@@ -135,6 +148,12 @@ class Outcome:
             lines.append(
                 f"{'points in the image':<28}{self.visible:>14}    of {self.points}, at the least"
             )
+        if self.reach is not None:
+            at = f"{100 * self.reach.share:.3g} %"
+            lines.append(
+                f"{'joint nearest to its end':<28}{at:>14}    of its range, joint "
+                f"{self.reach.joint} at t = {self.reach.t:g} s"
+            )
         return "\n".join(lines)
 
 
@@ -162,6 +181,7 @@ def outcome(run: Run) -> Outcome:
         rate=_peak(run, rate),
         visible=int(run.visible.sum(axis=1).min()),
         points=run.visible.shape[1],
+        reach=_reach(run),
         settled=run.status.ok and _settled(distance(run)),
     )
 
@@ -215,6 +235,17 @@ def number(value: float, signed: bool = False) -> str:
 def side(lag: float) -> str:
     """Whether a lag in mm is "ahead" or "behind"; nothing for a lag of nothing."""
     return "" if abs(lag) < NOTHING else "ahead" if lag > 0 else "behind"
+
+
+def _reach(run: Run) -> Reach | None:
+    if run.joints is None:
+        return None
+    gantry = Gantry()
+    middle, half = (gantry.upper + gantry.lower) / 2, (gantry.upper - gantry.lower) / 2
+    share = np.abs(run.joints - middle) / half
+    k, joint = np.unravel_index(np.argmax(share), share.shape)
+    wrist = float(gantry.singularity(run.joints).min())
+    return Reach(int(joint) + 1, float(share[k, joint]), float(run.t[k]), wrist)
 
 
 def _settled(away: Array) -> bool:
