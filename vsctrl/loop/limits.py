@@ -6,12 +6,13 @@ Stability ends where the opened loop passes −1; oscillation begins where two r
 import cmath
 import math
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import sympy as sp
 
 from vsctrl.errors import InputError
+from vsctrl.loop import fraction
 from vsctrl.loop import values as check
 from vsctrl.loop.figure1 import figure1
 from vsctrl.symbols import T_s, d, ell, ell_hat, kappa, lam, omega, s, tau
@@ -33,14 +34,14 @@ def gain_limit(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.
     """The gain λ (s⁻¹) at which figure 1 begins to oscillate without end.
 
     λ_max = π/(2κτ) in continuous time; with the velocity held over `period` Tₛ and τ = d Tₛ,
-    λ_max = 2 sin(π/(2(2d + 1)))/(κTₛ), which is less. `tau` and `period` in s, symbols or numbers;
+    λ_max = 2 sin(π/(2(2d + 1)))/(κTₛ), which is less; for other τ a number
+    found by `fraction`. `tau` and `period` in s, symbols or numbers;
     numbers in, a float out (κ = 1 then), infinity for τ = 0 in continuous time.
 
     κ may be a complex number μ, such as an eigenvalue of L̂⁺L: of its argument, π/2 − |arg μ|
     is left in the place of π/2, so that λ|μ|τ < π/2 − |arg μ| is stable, and sampled
     λ|μ|Tₛ < 2 sin((π/2 − |arg μ|)/(2d + 1)); 0 where nothing is left.
-    Errors: `InputError` for a negative delay, a period or κ not above 0, or a delay that is no
-    whole number of periods.
+    Errors: `InputError` for a negative delay, and a period or κ not above 0.
     """
     angle, unstable = 0.0, False
     if isinstance(kappa, complex):
@@ -56,7 +57,8 @@ def gain_limit(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.
     def sampled(samples: Any) -> sp.Expr:
         return turned(_sampled_limit())
 
-    found = _value(lambda: turned(_continuous_limit()), sampled, tau, period, kappa)
+    between = partial(fraction.limit, angle=angle)
+    found = _value(lambda: turned(_continuous_limit()), sampled, between, tau, period, kappa)
     return 0.0 if unstable else found
 
 
@@ -65,7 +67,8 @@ def fastest_gain(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> s
 
     λ = 1/(eκτ) in continuous time, κλTₛ = dᵈ/(d + 1)ᵈ⁺¹ sampled. Arguments as for `gain_limit`.
     """
-    return _value(_continuous_double_root, _sampled_double_root, tau, period, kappa)
+    between = fraction.double_root
+    return _value(_continuous_double_root, _sampled_double_root, between, tau, period, kappa)
 
 
 _TAU, _KAPPA = tau, kappa
@@ -75,6 +78,7 @@ alpha = sp.Symbol("alpha", nonnegative=True)  # |arg κ|; a root and its mirror 
 def _value(
     continuous: Callable[[], sp.Expr],
     sampled: Callable[[Any], sp.Expr],
+    between: Callable[[float], float],
     late: Any,
     period: Any,
     ratio: Any,
@@ -104,6 +108,9 @@ def _value(
                 f"{MOST_PERIODS:g} of it; give a longer one."
             )
         samples = check.whole_periods(late, period)
+        if samples is None:
+            found = between(late / period) / (ratio * period)
+            return found if check.is_symbolic(ratio) else float(found)
         found = sampled(samples).subs({T_s: period, _KAPPA: ratio}, simultaneous=True)
         found = found.evalf(subs={d: samples}) if found.has(d) else found
     return float(found) if found.is_number and not symbolic else found

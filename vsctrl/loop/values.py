@@ -50,12 +50,7 @@ def delay(name: str, value: Any) -> float:
     return found
 
 
-def whole_periods(late: float, period: float) -> int:
-    """A delay (s) in samples; a delay of no whole number of periods has no such closed form."""
+def whole_periods(late: float, period: float) -> int | None:
+    """A delay (s) in samples, or None where it is no whole number of periods."""
     samples = round(late / period)
-    if abs(late - samples * period) > 1e-9 * period:
-        raise InputError(
-            f"tau = {late:g} s is {late / period:.4g} periods of {period:g} s; "
-            f"give a delay of a whole number of periods, such as {samples * period:g} s."
-        )
-    return samples
+    return samples if abs(late - samples * period) <= 1e-9 * period else None
