@@ -140,3 +140,14 @@ def test_a_weak_quick_sine_beside_a_step_is_not_taken_for_rounding():
     sine = weak * (100 * np.exp(-t) + np.sin(100 * t) - 100 * np.cos(100 * t)) / (1 + 1e4)
     y = answer(alone(1 / (s + 1)), t, Step() + Sine(100.0, weak))
     np.testing.assert_allclose(y, -np.expm1(-t) + sine, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("omega", [0.3, 20.9, 300.0])
+def test_a_gain_follows_a_sine_of_many_turns(omega):
+    """Nothing but the signal itself limits the pieces here: y = 2u, and a lag beside a gain."""
+    t = np.linspace(0.0, 30.0, 3001)
+    u = np.sin(omega * t)
+    np.testing.assert_allclose(answer(alone(2), t, Sine(omega)), 2 * u, atol=1e-10)
+    lag = 2 * (omega * np.exp(-t) - omega * np.cos(omega * t) + u) / (1 + omega**2)
+    found = answer(alone((s + 3) / (s + 1)), t, Sine(omega))
+    np.testing.assert_allclose(found, u + lag, atol=1e-10)

@@ -186,7 +186,9 @@ class _Stepper:
         # A signal that turns many times on a piece looks rough on its half too.
         known = np.abs(to_coefficients[-3:] @ u).max() <= 10 * RESOLVED * np.abs(u).max()
         stuck = known & (tail < STUCK * scale) & (tail > 0.25 * before)
-        if (rough & ~stuck).any():
+        # What goes straight to y is in neither x nor z, so that the signal itself is looked at.
+        coarse = not known and bool(sys.D[:p, 0].any()) and h > self.shortest
+        if coarse or (rough & ~stuck).any():
             if h > self.shortest:
                 if h <= self.longest:
                     # What starts as a high power of t is no smoother on a shorter piece; it is
