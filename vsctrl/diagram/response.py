@@ -186,8 +186,7 @@ class _Stepper:
         # A signal that turns many times on a piece looks rough on its half too.
         known = np.abs(to_coefficients[-3:] @ u).max() <= 10 * RESOLVED * np.abs(u).max()
         stuck = known & (tail < STUCK * scale) & (tail > 0.25 * before)
-        # What goes straight to y is in neither x nor z, so that the signal itself is looked at.
-        coarse = not known and bool(sys.D[:p, 0].any()) and h > self.shortest
+        coarse = bool(sys.D[:p, 0].any()) and h > self.shortest and _is_coarse(u, t, b)
         if coarse or (rough & ~stuck).any():
             if h > self.shortest:
                 if h <= self.longest:
@@ -285,6 +284,17 @@ class _Stepper:
         self.y.append(to_coefficients @ y)
         self.x = x[-1]
         self.scale = np.maximum(self.scale, np.abs(np.hstack([x, z])).max(axis=0))
+
+
+def _is_coarse(u: Array, t: Array, end: float) -> bool:
+    """Whether a signal, with values u at the nodes t of a piece, is not resolved by its degree.
+
+    What goes straight to the output is in no state, so that the signal itself is looked at. Its
+    times are rounded, and the more so the later it is: that is not taken for roughness.
+    """
+    tail = np.abs(_chebyshev(DEGREE)[1][-3:] @ u).max()
+    rounding = EPSILON * end * np.abs(np.diff(u) / np.diff(t)).max()
+    return bool(tail > 10 * RESOLVED * np.abs(u).max() + 4 * rounding)
 
 
 def _rate(system: DelaySystem) -> float:
