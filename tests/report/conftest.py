@@ -15,6 +15,9 @@ HOSTILE_TEXT = "<img src=x onerror=alert(2)> & \"quoted\" 'text' {{ 7 * 7 }} <!-
 SCENARIOS = {
     "slide": lambda: paper.sliding(),
     "unstable": lambda: paper.sliding(lam=17.0),  # above 15.45 s⁻¹, below 19.63 s⁻¹
+    "oscillation": lambda: paper.oscillation(),
+    "sine": lambda: paper.oscillation("sine"),
+    "rest": lambda: paper.sliding().with_(kind="hold", duration=1.0),
     "prompt": lambda: paper.sliding(latency=0.0).with_(name=HOSTILE, description=HOSTILE_TEXT),
 }
 

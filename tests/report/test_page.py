@@ -16,7 +16,7 @@ from vsctrl.derive import ledger
 
 VOID = {"area", "base", "br", "col", "embed", "hr", "img", "input", "link", "meta", "source", "wbr"}
 LINKS = {"href", "xlink:href", "src", "srcset", "action", "formaction", "data", "poster", "cite"}
-NAMES = ("slide", "unstable", "prompt")
+NAMES = ("slide", "unstable", "prompt", "oscillation", "sine", "rest")
 
 
 class Page(HTMLParser):
@@ -190,6 +190,33 @@ def test_without_latency_the_page_speaks_of_none(text):
     before = Page(source[: source.index("<h2")] + "</body></html>").body
     assert "16.0 mm behind" in before and "agree in 4 of 4 cases" in before
     assert "no latency" in Page(source).body and "∞" in Page(source).body
+
+
+def test_an_oscillation_is_told_by_its_legs(text):
+    source = text("oscillation")
+    before = Page(source[: source.index("<h2")] + "</body></html>").body
+    for words in ("4.8 mm behind its reference on each leg", "3.2 mm ahead", "8.0 mm behind"):
+        assert words in before
+    assert "agree in 8 of 8 cases" in before and "No measured plot shows this" in before
+    body = Page(source).body
+    assert body.count("agree") >= 16 and "before the reference turns back" in body
+    assert 'aria-label="First point in the image and lag of the camera over time"' in source
+
+
+def test_a_sine_is_told_by_its_amplitude(text):
+    source = text("sine")
+    before = Page(source[: source.index("<h2")] + "</body></html>").body
+    # |E/S*| A at ω = 2π/15 with λ = 5: 7.54 mm behind, 5.03 mm ahead; 12.53 mm without latency.
+    for words in ("±7.5 mm behind", "±5.0 mm ahead", "±12.5 mm behind", "in 8 of 8 cases"):
+        assert words in before
+    assert "5.030 ∠+84.96°" in source and "half a period more" in source
+
+
+def test_a_reference_at_rest_has_a_page_that_says_why_no_lag_is_on_it(text):
+    source = text("rest")
+    before = Page(source[: source.index("<h2")] + "</body></html>").body
+    assert "does not translate" in before and "is stable" in before and "15.45" in before
+    assert "6-DOF" not in source and Page(source).tags["svg"] >= 6
 
 
 def test_the_main_job_as_typed_prints_a_summary_and_the_same_bytes_again(report_of, tmp_path):

@@ -1,5 +1,6 @@
 """``report.json``: the documented keys, their types, and numbers that are the closed forms."""
 
+import cmath
 import json
 import math
 from typing import Any
@@ -39,7 +40,7 @@ def data(report_of):
     return lambda name: strict((report_of(name) / "report.json").read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("name", ["slide", "unstable", "prompt"])
+@pytest.mark.parametrize("name", ["slide", "unstable", "prompt", "oscillation", "sine", "rest"])
 def test_the_file_holds_the_documented_keys(data, name):
     found = data(name)
     assert set(found) >= {"schema", "version", "scenario", "margins", "limits", "tracking"}
@@ -55,7 +56,7 @@ def test_the_file_holds_the_documented_keys(data, name):
                 assert kind is bool or not isinstance(row[key], bool)
 
 
-@pytest.mark.parametrize("name", ["slide", "unstable", "prompt"])
+@pytest.mark.parametrize("name", ["slide", "unstable", "prompt", "oscillation", "sine", "rest"])
 def test_the_schema_in_the_program_describes_the_file(data, name):
     schema, found = ReportData.model_json_schema(), data(name)
     definitions = schema["$defs"]
@@ -120,6 +121,42 @@ def test_the_formula_of_a_row_gives_its_value(data):
             formula = sp.sympify(text, locals=letters)
             value = formula.subs({"lam": 2.5, "tau": late, "v": 0.04, "kappa": 1})
             assert float(value) == pytest.approx(row["analytic_m"], abs=1e-15)
+
+
+def test_an_oscillation_in_numbers(data):
+    found = data("oscillation")
+    assert len(found["tracking"]) == len(found["histories"]) == 8 and found["waves"] == []
+    for row in found["tracking"]:
+        lag = 0.04 * ((0.0 if row["aligned"] else row["delay_s"]) - (1 - row["feedforward"]) / 5)
+        assert row["simulated_m"] == pytest.approx(lag, abs=1e-9) and row["agrees"] is True
+    for row in found["histories"]:
+        assert row["frames"] == 751 and row["agrees"] is True
+        assert row["disagreement_m"] <= row["allowed_m"] < 1e-8 and row["reason"]
+
+
+def test_a_sine_in_numbers(data):
+    found = data("sine")
+    assert len(found["waves"]) == len(found["histories"]) == 8 and found["tracking"] == []
+    (row,) = (
+        r
+        for r in found["waves"]
+        if r["feedforward"] and r["delay_s"] and r["placement"] == "measurement"
+    )
+    s, lam, tau = 2j * math.pi / 15, 5.0, 0.08
+    error = 0.15 * ((lam + s) / (s + lam * cmath.exp(-s * tau)) - 1)
+    assert row["analytic_m"] == pytest.approx(abs(error), abs=1e-12)
+    assert row["analytic_rad"] == pytest.approx(cmath.phase(error), abs=1e-9)
+    assert row["simulated_m"] == pytest.approx(row["sampled_m"], abs=1e-9) and row["agrees"] is True
+    letters = {letter: sp.Symbol(letter) for letter in ("lam", "tau", "omega")}
+    formula = sp.sympify(row["formula"].replace("lambda", "lam"), locals=letters)
+    ratio = formula.subs({"lam": lam, "tau": tau, "omega": 2 * math.pi / 15})
+    assert complex(0.15 * ratio) == pytest.approx(error, abs=1e-12)
+
+
+def test_a_reference_at_rest_in_numbers(data):
+    found = data("rest")
+    assert found["tracking"] == found["waves"] == found["histories"] == []
+    assert "does not translate" in found["tracking_note"] and found["verdict"]["kind"] == "good"
 
 
 def test_margins_and_limits_of_the_slide(data):

@@ -28,7 +28,7 @@ def test_everything_agrees_for_the_slide_of_the_paper(small):
     assert found.agrees and not found.left_out
     kinds = ["Comparison", "StabilityEdge", "DecayModes", "MatrixLaw", "SineResponse"]
     assert [type(part).__name__ for part in found.parts] == kinds
-    rows = 8 + 1 + 4 + 6 + 2
+    rows = 8 + 1 + 4 + 10 + 2
     text, page = str(found), found._repr_html_()
     assert f"{rows} of {rows} rows agree." in text and text.count("agree") >= rows
     assert page.count("<table>") == 5 and f"{rows} of {rows} rows agree." in page

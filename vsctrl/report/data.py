@@ -7,6 +7,7 @@ there is no value: no steady lag, or a margin that nothing limits.
 
 from __future__ import annotations
 
+import cmath
 import math
 from typing import Any, Literal
 
@@ -15,7 +16,8 @@ from pydantic import BaseModel, ConfigDict, Field
 import vsctrl
 from vsctrl.derive import ledger
 from vsctrl.report.verdict import Verdict
-from vsctrl.study import Comparison, Examination, Row, Stability
+from vsctrl.study import Comparison, Examination, History, Row, Stability, Wave
+from vsctrl.study.statements import Statement, about
 
 SCHEMA: Literal["vsctrl-report/1"] = "vsctrl-report/1"
 
@@ -28,7 +30,7 @@ class VerdictTable(_Table):
     """The first lines of the page."""
 
     kind: Literal["good", "warning", "bad"] = Field(
-        description="good: stable and all ways agree; warning: they do not; bad: unstable"
+        description="good: stable and nothing disagrees; warning: something does; bad: unstable"
     )
     sentences: tuple[str, ...]
 
@@ -83,7 +85,7 @@ class PadeTable(_Table):
 
 
 class TrackingRow(_Table):
-    """The steady lag along the motion, four ways; negative = behind."""
+    """The steady lag along the motion, or at the end of a triangle's leg; negative = behind."""
 
     case: str
     feedforward: bool
@@ -100,6 +102,52 @@ class TrackingRow(_Table):
     note: str
 
 
+class WaveRow(_Table):
+    """The error of a sine A sin ωt, m sin(ωt + rad), by each way; null = no steady error."""
+
+    case: str
+    feedforward: bool
+    delay_s: float
+    placement: Literal["measurement", "aligned", "actuator"]
+    formula: str = Field(description="E/S* in closed form, for a frequency omega")
+    analytic_m: float | None = Field(description="its amplitude")
+    analytic_rad: float | None = Field(description="its phase")
+    pade_m: float | None = Field(description="python-control, Padé model of order 4")
+    pade_rad: float | None
+    exact_m: float | None = Field(description="exact-delay engine, fitted to a cycle")
+    exact_rad: float | None
+    sampled_m: float | None = Field(description="loop in z, with the velocity held over a frame")
+    sampled_rad: float | None
+    simulated_m: float | None = Field(description="six degrees of freedom, fitted to a cycle")
+    simulated_rad: float | None
+    repaired_m: float | None = Field(description="closed form with half a period more latency")
+    repaired_rad: float | None
+    disagreement_m: float | None = Field(
+        description="the larger of |exact − analytic| and |simulated − sampled|"
+    )
+    allowed_m: float = Field(description="disagreement that counts as agreement")
+    agrees: bool | None
+    reason: str = Field(description="where allowed_m comes from")
+    note: str
+
+
+class HistoryRow(_Table):
+    """The lag at every frame, simulated and by figure 1 with its velocity held over a frame."""
+
+    case: str
+    feedforward: bool
+    delay_s: float
+    placement: Literal["measurement", "aligned", "actuator"]
+    frames: int = Field(description="that were compared")
+    largest_m: float = Field(description="largest simulated lag to either side")
+    rms_m: float = Field(description="root mean square of the simulated lag")
+    disagreement_m: float | None = Field(description="largest at any frame; null = run ended early")
+    allowed_m: float = Field(description="disagreement that counts as agreement")
+    agrees: bool
+    reason: str = Field(description="where allowed_m comes from")
+    note: str
+
+
 class ClaimRow(_Table):
     """One statement of the paper, and what became of it."""
 
@@ -108,6 +156,27 @@ class ClaimRow(_Table):
     status: Literal["holds", "erratum", "ambiguous", "conditional"]
     statement: str = Field(description="as the paper has it")
     correction: str = Field(description="the corrected form or the condition; empty if it holds")
+
+
+class CaseTable(_Table):
+    """One trial of a statement."""
+
+    condition: str
+    value: float = Field(description="in the statement's unit")
+    holds: bool | None = Field(description="null for a number that is only shown")
+
+
+class StatementRow(_Table):
+    """What the paper says of its law and its experiments, tried and judged."""
+
+    where: str = Field(description="section and figure")
+    says: str = Field(description="in our words, but for short quotations")
+    claim: str = Field(description="the same as a relation that the cases have values for")
+    unit: str
+    verdict: Literal["confirmed", "depends", "refuted", "not checkable"]
+    cases: tuple[CaseTable, ...]
+    sentence: str = Field(description="what was found")
+    how: str = Field(description="in which way the values were found")
 
 
 class ReportData(_Table):
@@ -121,8 +190,14 @@ class ReportData(_Table):
     limits: LimitsTable
     readings: tuple[ReadingTable, ...]
     pade: tuple[PadeTable, ...]
-    tracking: tuple[TrackingRow, ...]
+    tracking: tuple[TrackingRow, ...] = Field(description="empty where no lag is steady")
+    waves: tuple[WaveRow, ...] = Field(description="of a sine")
+    histories: tuple[HistoryRow, ...] = Field(description="of all but a constant twist")
+    tracking_note: str = Field(description="why there is nothing to compare; empty where there is")
     ledger: tuple[ClaimRow, ...]
+    statements: tuple[StatementRow, ...] = Field(
+        description="empty where the scenario is no experiment of the paper"
+    )
 
     def text(self) -> str:
         """The file's text."""
@@ -163,11 +238,21 @@ def report_data(found: Examination, verdict: Verdict) -> ReportData:
             for p in found.stability.pade
         ),
         tracking=_tracking(found.comparison),
+        waves=tuple(_wave(one) for one in found.comparison.waves),
+        histories=tuple(_history(one) for one in found.comparison.histories),
+        tracking_note=found.comparison.note,
         ledger=tuple(
             ClaimRow(**{name: getattr(claim, name) for name in ClaimRow.model_fields})
             for claim in ledger()
         ),
+        statements=tuple(map(_statement, about(scenario))),
     )
+
+
+def _statement(row: Statement) -> StatementRow:
+    cases = [CaseTable(**vars(case)) for case in row.cases]
+    names = set(StatementRow.model_fields) - {"cases"}
+    return StatementRow(cases=tuple(cases), **{name: getattr(row, name) for name in names})
 
 
 def _margins(found: Stability) -> MarginsTable:
@@ -217,6 +302,44 @@ def _row(row: Row) -> TrackingRow:
         disagreement_m=row.disagreement,
         agrees=row.agrees,
         note=row.note,
+    )
+
+
+def _wave(one: Wave) -> WaveRow:
+    polar = {}
+    for way in ("analytic", "pade", "exact", "sampled", "simulated", "repaired"):
+        value = getattr(one, way)
+        polar[f"{way}_m"] = None if value is None else abs(value)
+        polar[f"{way}_rad"] = None if value is None else cmath.phase(value)
+    return WaveRow(
+        case=one.case,
+        feedforward=one.feedforward,
+        delay_s=one.delay,
+        placement=one.placement,
+        formula=str(one.formula),
+        **polar,
+        disagreement_m=None if one.disagreement is None else _finite(one.disagreement),
+        allowed_m=one.allowed,
+        agrees=one.agrees,
+        reason=one.reason,
+        note=one.note,
+    )
+
+
+def _history(one: History) -> HistoryRow:
+    return HistoryRow(
+        case=one.case,
+        feedforward=one.feedforward,
+        delay_s=one.delay,
+        placement=one.placement,
+        frames=len(one.simulated),
+        largest_m=one.largest,
+        rms_m=one.root_mean_square,
+        disagreement_m=_finite(one.disagreement),
+        allowed_m=one.allowed,
+        agrees=one.agrees,
+        reason=one.reason,
+        note=one.note,
     )
 
 

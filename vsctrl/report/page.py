@@ -23,8 +23,9 @@ from vsctrl.derive import ledger
 from vsctrl.report import plots
 from vsctrl.report.verdict import Verdict
 from vsctrl.study import Examination
-from vsctrl.study.comparison import PADE_ORDER, millimetres
+from vsctrl.study.comparison import PADE_ORDER, millimetres, polar
 from vsctrl.study.curves import curves
+from vsctrl.study.statements import about
 from vsctrl.symbols import T_s
 
 GENERATOR = "vsctrl"  #: in the page's <meta name="generator">, by which a report knows its own
@@ -40,7 +41,7 @@ def page(found: Examination, verdict: Verdict, command: str) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"mm": millimetres, "math": mathml}
+    environment.filters |= {"mm": millimetres, "polar": polar, "math": mathml}
     return environment.get_template("report.html").render(
         generator=f"{GENERATOR} {version('vsctrl')}",
         scenario=found.scenario,
@@ -53,6 +54,7 @@ def page(found: Examination, verdict: Verdict, command: str) -> str:
         figures=_figures(found),
         claims=ledger(),
         counts=Counter(claim.status for claim in ledger()),
+        statements=about(found.scenario),
         command=command,
         versions=[("Python", platform.python_version())] + [(p, version(p)) for p in _PACKAGES],
     )
@@ -104,11 +106,16 @@ def _figures(found: Examination) -> dict[str, Markup]:
         "bode": plots.bode(data.frequency, found.stability),
         "nyquist": plots.nyquist(data.frequency, found.stability),
     }
+    own = found.comparison.own_histories
+    if own:
+        runs = (found.without_feedforward, found.with_feedforward)
+        drawn["histories"] = plots.histories(found.comparison, own, runs)
     if data.locus is not None:
         drawn["locus"] = plots.root_locus(data.locus, found.stability)
     titles = {
         "errors": "Image error over time with and without the derivative term",
         "top": "Path of the camera seen from above",
+        "histories": "First point in the image and lag of the camera over time",
         "responses": "Step response, Padé errors and tracking error on the ramp",
         "bode": "Bode plot of the opened loop with margins",
         "nyquist": "Nyquist plot of the opened loop",

@@ -1,282 +1,295 @@
-"""The lag of a camera predicted three ways and simulated, side by side.
+"""The lag of a camera predicted by several ways and simulated, side by side.
 
-For each combination of feed-forward, latency and reference placement: SymPy's closed form, its
-value, the Padé model's and the exact-delay engine's response to the same ramp, and the lag of the
+For each combination of feed-forward, latency and reference placement: SymPy's closed form, the
+Padé model's and the exact-delay engine's response to the same reference, and the lag of the
 six-degree-of-freedom simulation, with the largest disagreement between them. The rooms that
 produce the numbers know nothing of each other; this is where they meet.
+
+What is compared depends on the motion: of a constant twist and on the legs of a triangle the steady
+lag (`Row`), of a sine amplitude and phase (`Wave`), and of whatever is not a constant twist the
+lag at every frame as well (`History`).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from html import escape
-from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TypeVar
 
-import numpy as np
-
-from vsctrl import loop
-from vsctrl.diagram import Ramp
 from vsctrl.errors import InputError
-from vsctrl.servo import Scenario, simulate
-from vsctrl.symbols import v
+from vsctrl.servo import Scenario
+from vsctrl.servo.motion.trajectory import Oscillation
+from vsctrl.study.cases import MOST_FRAMES, cases, is_sideways
+from vsctrl.study.history import History, history
+from vsctrl.study.ramp import PADE_ORDER, Course, Row, millimetres, ramp, row
+from vsctrl.study.triangle import legs
+from vsctrl.study.wave import Wave, polar, wave
 
-if TYPE_CHECKING:
-    import sympy as sp
+__all__ = [
+    "MOST_FRAMES",
+    "PADE_ORDER",
+    "Comparison",
+    "Course",
+    "History",
+    "Row",
+    "Wave",
+    "millimetres",
+    "polar",
+    "validate",
+]
 
-    from vsctrl.diagram.system import System
+Found = TypeVar("Found", Row, Wave, History)
 
-PADE_ORDER = 4
-RELATIVE = 0.01  #: agreement asked of all ways, as a share of the closed form …
-ABSOLUTE = 10e-6  #: … or in metres, where the closed form is (nearly) zero
-MOST_FRAMES = 10_000  #: the longest run that waiting for the end of a transient may cost
-
-
-@dataclass(frozen=True)
-class Row:
-    """One case: the steady lag along the motion in m, negative = behind, by each way.
-
-    `None` where a way has no answer; `note` then says why. `formula` is the closed form.
-    A simulation that runs away where the loop should be stable is a disagreement.
-    """
-
-    case: str
-    feedforward: bool
-    delay: float  #: s
-    placement: str
-    formula: sp.Expr
-    analytic: float | None
-    pade: float | None
-    exact: float | None
-    simulated: float | None
-    note: str = ""
-    contradicted: bool = False  #: the simulation failed where theory promises a steady lag
-
-    @property
-    def disagreement(self) -> float | None:
-        """The largest difference between any two of the four ways, m."""
-        values = [self.analytic, self.pade, self.exact, self.simulated]
-        known = [value for value in values if value is not None]
-        if len(known) < len(values):
-            return None
-        return max(known) - min(known) if np.isfinite(known).all() else math.inf
-
-    @property
-    def tolerance(self) -> float:
-        """The disagreement that still counts as agreement, m."""
-        return max(RELATIVE * abs(self.analytic or 0.0), ABSOLUTE)
-
-    @property
-    def agrees(self) -> bool | None:
-        """Whether all four ways agree; None where one of them has no answer to give."""
-        if self.contradicted:
-            return False
-        return None if self.disagreement is None else self.disagreement <= self.tolerance
+LAG, LEG = "steady lag along the motion, mm", "lag at the end of a leg, mm"
+WAVE = "error of the sine, mm ∠ degrees"
+HISTORY = "lag at every frame, mm"
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Every case of a scenario, and whether all ways agree wherever there is a steady lag."""
+    """Every case of a scenario, and whether all ways agree wherever there is something to compare.
+
+    `rows`: the steady lag, of a constant twist or on the legs of a triangle; `waves`: amplitude
+    and phase, of a sine; `histories`: the lag frame by frame, of all but a constant twist; `note`:
+    why there is none of them.
+    """
 
     scenario: Scenario
-    rows: tuple[Row, ...]
+    rows: tuple[Row, ...] = ()
+    waves: tuple[Wave, ...] = ()
+    histories: tuple[History, ...] = ()
+    note: str = ""
 
     @property
     def agrees(self) -> bool | None:
         """True or False over the cases that can be compared; None where none can."""
-        known = [row.agrees for row in self.rows if row.agrees is not None]
+        every: list[Row | Wave | History] = [*self.rows, *self.waves, *self.histories]
+        known = [found.agrees for found in every if found.agrees is not None]
         return all(known) if known else None
 
     @property
     def exact_motion(self) -> bool:
         """Whether figure 1 describes this motion exactly: no turning, no change of depth."""
-        T = self.scenario.constant_twist
-        return T is not None and not T[2:].any()
+        return is_sideways(self.scenario)
+
+    @property
+    def on_legs(self) -> bool:
+        """Whether the steady lag is that of the legs of a triangle."""
+        return bool(self.rows) and bool(self.histories)
+
+    @property
+    def own_histories(self) -> tuple[History, ...]:
+        """Those with the scenario's own latency and placement: without feed-forward and with it."""
+        late, placement = self.scenario.vision.latency, self.scenario.law.placement
+        if not late and placement == "actuator":
+            placement = "measurement"  # there is one case for both without latency
+        return tuple(
+            one for one in self.histories if (one.delay, one.placement) == (late, placement)
+        )
 
     @property
     def largest_disagreement(self) -> float | None:
-        """Over all cases that can be compared, m."""
-        known = [row.disagreement for row in self.rows if row.disagreement is not None]
+        """Over all steady lags or sines that can be compared, m."""
+        every: Sequence[Row | Wave] = self.rows or self.waves
+        known = [found.disagreement for found in every if found.disagreement is not None]
         return max(known, default=None)
 
     def row(self, *, feedforward: bool, delay: float, placement: str = "measurement") -> Row:
         """The row of one case. Raises InputError where the comparison holds no such case."""
-        for row in self.rows:
-            if (row.feedforward, row.placement) == (feedforward, placement) and math.isclose(
-                row.delay, delay, abs_tol=1e-12
-            ):
-                return row
-        raise InputError(
-            f"comparison: there is no case with delay {delay} s and placement {placement!r}; "
-            f"it has {', '.join(dict.fromkeys(row.case for row in self.rows))}."
+        return _pick(self.rows, feedforward, delay, placement)
+
+    def wave(self, *, feedforward: bool, delay: float, placement: str = "measurement") -> Wave:
+        """The sine of one case. Raises InputError where the comparison holds no such case."""
+        return _pick(self.waves, feedforward, delay, placement)
+
+    def history(
+        self, *, feedforward: bool, delay: float, placement: str = "measurement"
+    ) -> History:
+        """The history of one case. Raises InputError where the comparison holds no such case."""
+        return _pick(self.histories, feedforward, delay, placement)
+
+    @property
+    def remarks_on_waves(self) -> tuple[str, ...]:
+        """What the table of sines allows and why, and what holding the velocity does to them."""
+        holds = [w for w in self.waves if w.hold is not None]
+        out = _allowances([w for w in self.waves if w.sampled is not None])
+        if not holds:
+            return out
+        most = max(w.hold or 0.0 for w in holds)
+        left = max(w.left_by_repair or 0.0 for w in holds)
+        text = (
+            f"The closed form is up to {1e3 * most:.3f} mm off the sampled loop: it does not know "
+            "that the velocity is held over a frame, which acts like half a period more of latency "
+            f"in the actuator. With that put into it, {1e3 * left:.1e} mm are left."
         )
+        return (*out, text.replace("e-", "e−"))
+
+    @property
+    def remarks_on_histories(self) -> tuple[str, ...]:
+        """What the table of every frame allows and why."""
+        return _allowances(self.histories)
 
     def __str__(self) -> str:
-        head = f"{'steady lag along the motion, mm':44}" + "".join(
-            f"{title:>12}"
-            for title in ("closed form", f"Padé {PADE_ORDER}", "exact delay", "6-DOF")
-        )
-        lines = [head]
-        for row in self.rows:
-            values = (row.analytic, row.pade, row.exact, row.simulated)
-            numbers = "".join(f"{millimetres(value):>12}" for value in values)
-            mark = {True: "  agree", False: "  DISAGREE ", None: "  "}[row.agrees] + row.note
-            lines.append(f"{row.case:44}{numbers}{mark}")
-        return "\n".join(lines)
+        tables = [_text(table) for table in self._tables()]
+        return "\n\n".join([*tables, *([self.note] if self.note else [])])
 
     def _repr_html_(self) -> str:
-        titles = ("case", "closed form", f"Padé {PADE_ORDER}", "exact delay", "6-DOF", "")
-        body = "<tr>" + "".join(f"<th>{title}</th>" for title in titles) + "</tr>"
-        for row in self.rows:
-            values = (row.analytic, row.pade, row.exact, row.simulated)
-            mark = {True: "agree", False: "disagree ", None: ""}[row.agrees] + row.note
-            cells = [row.case, *(millimetres(value) for value in values), mark]
-            body += "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
-        return f"<table><caption>steady lag along the motion, mm</caption>{body}</table>"
+        note = f"<p>{escape(self.note)}</p>" if self.note else ""
+        return "".join(_page(table) for table in self._tables()) + note
+
+    def _tables(self) -> list[_Table]:
+        """Those that have rows."""
+        pade = f"Padé {PADE_ORDER}"
+        found = [
+            _Table(
+                LEG if self.on_legs else LAG,
+                ["closed form", pade, "exact delay", "6-DOF"],
+                [*map(_row_cells, self.rows)],
+                12,
+            ),
+            _Table(
+                WAVE,
+                ["closed form", "exact delay", "sampled", "6-DOF"],
+                [*map(_wave_cells, self.waves)],
+                19,
+                self.remarks_on_waves,
+            ),
+            _Table(
+                HISTORY,
+                ["largest", "rms", "difference", "allowed"],
+                [*map(_history_cells, self.histories)],
+                12,
+                self.remarks_on_histories,
+            ),
+        ]
+        return [table for table in found if table.body]
+
+
+@dataclass(frozen=True)
+class _Table:
+    """A table to print: the cells of a row are a case, numbers `width` wide, and a mark."""
+
+    title: str
+    heads: list[str]
+    body: list[list[str]]
+    width: int
+    remarks: tuple[str, ...] = ()
+
+
+def _allowances(every: Sequence[Wave] | Sequence[History]) -> tuple[str, ...]:
+    """What is allowed and why, a sentence for each reason."""
+    out = []
+    for reason in dict.fromkeys(found.reason for found in every):
+        most = max(found.allowed for found in every if found.reason == reason)
+        out.append(f"Allowed are {1e3 * most:.1e} mm, {reason}.".replace("e-", "e−"))
+    return tuple(out)
 
 
 def validate(scenario: Scenario) -> Comparison:
-    """Predict and simulate the steady lag of a scenario, with its options switched on and off.
+    """Predict and simulate the lag of a scenario, with its options switched on and off.
 
     Cases: feed-forward off and on (1 where the scenario has none), latency 0 and the scenario's,
     the latency in the measurement, aligned, and in the actuator if the scenario has it there.
     The loop of figure 1 is taken with κ = `law.depth_ratio`, which a uniform depth error of points
-    makes of a translation. Start offset and pixel noise are left out.
-    Errors: `InputError` where the twist of the reference changes or has no translation, or the
-    latency is no whole number of frames.
+    makes of a translation (over the focal ratio, where the motion is sideways). Start offset, noise
+    and whatever else theory does not know of are left out (`Scenario.ideal`).
+    A constant twist has a steady lag, v [τ − (1 − k_ff κ)/(κλ)] with a late measurement, and so
+    has a leg of a triangle, read just before it ends, if it is long enough; a sine has an error of
+    its own frequency. Whatever changes its twist is also held, frame by frame, to figure 1 with its
+    velocity held over a frame.
+    Errors: `InputError` where the reference has no translation, or the latency is no whole number
+    of frames.
     """
-    T = scenario.constant_twist
-    if T is None:
-        speed, duration = scenario.speed, scenario.motion.duration
-        raise InputError(
-            "motion.kind: the closed forms compared here are those of a constant twist, and a "
-            f'motion of kind "{scenario.motion.kind}" changes it; look at simulate(scenario), or '
-            "validate a slide at its greatest speed: "
-            f'scenario.with_(kind="screw", V=({speed:.4g}, 0, 0), duration={duration:.4g}).'
-        )
-    if not T[:3].any():
-        field = "motion.V" if scenario.motion.kind == "screw" else "motion"
-        raise InputError(
-            f"{field}: the reference does not translate, so there is no lag in metres to "
-            f"validate; give {field} a velocity, or look at simulate(scenario).lag."
-        )
-    scenario.latency_frames  # noqa: B018 - a latency between frames is refused before any work
-    latency, on = scenario.vision.latency, scenario.law.k_ff or 1.0
-    placements = ["measurement", "aligned"]
-    if scenario.law.placement == "actuator":
-        placements.append("actuator")
-    cases = product((0.0, on), dict.fromkeys((0.0, latency)), placements)
-    rows = [
-        _row(scenario, k_ff, delay, placement)
-        for k_ff, delay, placement in cases
-        if delay or placement != "actuator"  # without latency it is the first case again
-    ]
-    return Comparison(scenario, tuple(rows))
-
-
-def _row(scenario: Scenario, k_ff: float, delay: float, placement: Any) -> Row:
-    law, period = scenario.law, scenario.vision.period
-    values = {"lam": law.lam, "k_ff": k_ff, "tau": delay}
-    speed = scenario.speed
-    formula = _formula(placement, k_ff, delay, law.depth_ratio)
-    where = {"measurement": "late", "aligned": "late, aligned", "actuator": "late in the actuator"}
-    late = f"{1e3 * delay:g} ms {where[placement]}" if delay else "no latency"
-    late += ", aligned" if placement == "aligned" and not delay else ""
-    case = f"{'with' if k_ff else 'without'} feed-forward, {late}"
-    system = loop.diagram(placement).at(values, ell=law.depth_ratio, ell_hat=1.0)
-    sampled_limit = loop.gain_limit(delay, period=period, kappa=law.depth_ratio)
-    analytic = pade = exact = None
-    horizon, over = _horizon(scenario, system, float(sampled_limit))
-    notes = []
-    if system.unstable_roots:
-        notes.append("no steady lag: the loop is unstable")
-    else:
-        analytic = float(
-            loop.tracking_error(Ramp(speed), placement, kappa=law.depth_ratio, **values)
-        )
-        exact = _exact(system, speed, horizon)
-        pade = _pade(system, speed, horizon)
-    simulated, contradicted = None, False
-    if law.lam >= sampled_limit:
-        notes.append(f"unstable at {1e3 * period:g} ms sampling")
-    else:
-        run = simulate(
-            scenario.with_(
-                k_ff=k_ff,
-                latency=delay,
-                placement=placement,
-                duration=horizon,
-                offset=(0.0,) * 6,
-                noise_px=0.0,
-            )
-        )
-        if run.status.ok:
-            simulated = float(run.lag_along_motion[-1])
+    every = cases(scenario)
+    reference = scenario.reference
+    _check_translates(scenario)
+    if scenario.constant_twist is not None:
+        return Comparison(scenario, tuple(row(case, ramp)[0] for case in every))
+    rows: list[Row] = []
+    waves: list[Wave] = []
+    histories: list[History] = []
+    for case in every:
+        run = None
+        if not isinstance(reference, Oscillation):
+            run = case.run() if case.is_stable_as_sampled else None
+        elif reference.waveform == "triangle":
+            found, run = row(case, partial(legs, reference))
+            rows.append(found)
         else:
-            notes.append(f"the simulation ended: {run.status.kind}")
-            contradicted = True
-    if not over:
-        notes.append(f"transient not over after {horizon:g} s")
-        analytic = None
-    return Row(
-        case=case,
-        feedforward=bool(k_ff),
-        delay=delay,
-        placement=placement,
-        formula=formula,
-        analytic=analytic,
-        pade=pade,
-        exact=exact,
-        simulated=simulated,
-        note="; ".join(notes),
-        contradicted=contradicted,
+            sine, run = wave(case, reference)
+            waves.append(sine)
+        if run is not None:
+            histories.append(history(case, run))
+    note = "" if rows or waves or histories else "No case is stable as sampled: none has a lag."
+    return Comparison(scenario, tuple(rows), tuple(waves), tuple(histories), note)
+
+
+def _check_translates(scenario: Scenario) -> None:
+    T = scenario.constant_twist
+    if T[:3].any() if T is not None else scenario.speed:
+        return
+    field = "motion.V" if scenario.motion.kind == "screw" else "motion"
+    raise InputError(
+        f"{field}: the reference does not translate, so there is no lag in metres to "
+        f"validate; give {field} a velocity, or look at simulate(scenario).lag."
     )
 
 
-def _formula(placement: Any, k_ff: float, delay: float, depth_ratio: float) -> sp.Expr:
-    """The closed form for a ramp of slope v, what is 0 or 1 in this case put in."""
-    known: dict[str, Any] = {} if delay else {"tau": 0}
-    known |= {"k_ff": int(k_ff)} if k_ff in (0.0, 1.0) else {}
-    known |= {"kappa": 1} if depth_ratio == 1 else {}
-    return loop.tracking_error(Ramp(v), placement, **known)
+def _pick(every: Sequence[Found], feedforward: bool, delay: float, placement: str) -> Found:
+    for found in every:
+        same = (found.feedforward, found.placement) == (feedforward, placement)
+        if same and math.isclose(found.delay, delay, abs_tol=1e-12):
+            return found
+    known = ", ".join(dict.fromkeys(found.case for found in every)) or "none"
+    raise InputError(
+        f"comparison: there is no case with delay {delay} s and placement {placement!r}; "
+        f"it has {known}."
+    )
 
 
-def _horizon(scenario: Scenario, system: System, sampled_limit: float) -> tuple[float, bool]:
-    """How long to run until the transient is below 1e-6 of itself (s), and whether that fits."""
-    rate = -float(system.poles(1)[0].real)
-    if scenario.law.lam >= sampled_limit or rate <= 0:
-        return scenario.motion.duration, True
-    # Near the sampled limit the held loop decays more slowly than the continuous one.
-    rate *= max(1 - scenario.law.lam / sampled_limit, 0.02)
-    needed = max(scenario.motion.duration, 14 / rate)
-    frames = min(math.ceil(needed / scenario.vision.period), MOST_FRAMES)
-    wanted = frames * scenario.vision.period
-    try:
-        scenario.with_(duration=wanted)
-    except InputError:  # the longer path leaves the target; stay with the scenario's own
-        wanted = scenario.motion.duration
-    return wanted, wanted >= min(needed, 7 / rate)
+# Tables ----------------------------------------------------------------------------------------
+def _row_cells(row: Row) -> list[str]:
+    values = (row.analytic, row.pade, row.exact, row.simulated)
+    return [row.case, *(millimetres(value) for value in values), _mark(row.agrees, row.note)]
 
 
-def _exact(system: System, speed: float, horizon: float) -> float:
-    response = system["S_ref", "S"].response(Ramp(speed), [horizon])
-    return float(response.y.ravel()[-1] - speed * horizon)
+def _wave_cells(found: Wave) -> list[str]:
+    values = (found.analytic, found.exact, found.sampled, found.simulated)
+    return [found.case, *(polar(value) for value in values), _mark(found.agrees, found.note)]
 
 
-def _pade(system: System, speed: float, horizon: float) -> float:
-    """python-control's response of the Padé model to the same ramp."""
-    import control
+def _history_cells(found: History) -> list[str]:
+    sizes = (found.largest, found.root_mean_square)
+    apart = (found.disagreement, found.allowed)
+    return [
+        found.case,
+        *(f"{1e3 * size:.3f}" for size in sizes),
+        *(f"{1e3 * size:.1e}".replace("-", "−") if math.isfinite(size) else "–" for size in apart),
+        _mark(found.agrees, found.note),
+    ]
 
-    t = np.linspace(0.0, horizon, 2001)
-    model = system["S_ref", "S"].pade(PADE_ORDER)
-    response = control.forced_response(model, t, speed * t)
-    return float(np.ravel(response.outputs)[-1] - speed * horizon)
+
+def _mark(agrees: bool | None, note: str) -> str:
+    return {True: "agree ", False: "DISAGREE ", None: ""}[agrees] + note
 
 
-def millimetres(value: float | None) -> str:
-    """A length in mm to the micrometre, a dash where there is none, never a negative zero."""
-    if value is None:
-        return "–"
-    text = f"{1e3 * value:+.3f}"
-    return "0.000" if float(text) == 0 else text.replace("-", "−")
+def _text(table: _Table) -> str:
+    first = max(44, *(len(cells[0]) + 1 for cells in table.body))
+    lines = [f"{table.title:{first}}" + "".join(f"{h:>{table.width}}" for h in table.heads)]
+    for case, *numbers, mark in table.body:
+        cells = "".join(f"{number:>{table.width}}" for number in numbers)
+        lines.append(f"{case:{first}}{cells}  {mark}".rstrip())
+    return "\n".join([*lines, *table.remarks])
+
+
+def _page(table: _Table) -> str:
+    heads = ("case", *table.heads, "")
+    text = "<tr>" + "".join(f"<th>{escape(head)}</th>" for head in heads) + "</tr>"
+    for cells in table.body:
+        shown = [cell.replace("DISAGREE", "disagree").strip() for cell in cells]
+        text += "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in shown) + "</tr>"
+    words = "".join(f"<p>{escape(remark)}</p>" for remark in table.remarks)
+    return f"<table><caption>{escape(table.title)}</caption>{text}</table>{words}"

@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from vsctrl import loop
 from vsctrl.diagram import Ramp, Step
-from vsctrl.study.comparison import PADE_ORDER
+from vsctrl.study.ramp import PADE_ORDER, forced_response
 from vsctrl.study.stability import PADE_ORDERS, Stability
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+SLOPE = 0.01  #: m/s, of the ramp that is shown where the reference rests
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ def _times(found: Stability) -> Times:
     lam, tau = system.values["lam"], system.values["tau"]
     slow = -float(system.poles(1)[0].real)
     t = np.linspace(0.0, max(7 / slow, 6 * tau), 1201)
-    slope = found.scenario.speed
+    slope = found.scenario.speed or SLOPE
     gains = {False: 0.0, True: law.k_ff or 1.0}
     channel = {on: system.with_(k_ff=k)["S_ref", "S"] for on, k in gains.items()}
     orders = PADE_ORDERS if tau else ()
@@ -107,8 +109,7 @@ def _times(found: Stability) -> Times:
         slope=slope,
         ramp={on: H.response(Ramp(slope), t).y.ravel() - ramp for on, H in channel.items()},
         ramp_pade={
-            on: control.forced_response(H.pade(PADE_ORDER), t, ramp).y.ravel() - ramp
-            for on, H in channel.items()
+            on: forced_response(H.pade(PADE_ORDER), t, ramp) - ramp for on, H in channel.items()
         },
         steady={
             on: float(loop.tracking_error(Ramp(slope), law.placement, k_ff=k, **known))

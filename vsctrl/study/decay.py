@@ -12,7 +12,7 @@ from __future__ import annotations
 import cmath
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,17 @@ from numpy.typing import NDArray
 from vsctrl import loop
 from vsctrl.servo import Scenario
 from vsctrl.study.measured import Experiment, Measured, Value, number
-from vsctrl.study.trials import characteristic, dominant, latency, ratios, released, scales
+from vsctrl.study.trials import (
+    Kind,
+    characteristic,
+    dominant,
+    gain_limit,
+    kinds,
+    latency,
+    ratios,
+    released,
+    scales,
+)
 from vsctrl.symbols import kappa, lam, tau
 
 Array = NDArray[np.float64]
@@ -48,15 +58,16 @@ def decay_modes(scenario: Scenario, gains: tuple[float, ...] | None = None) -> D
 
     `gains`: by default the scenario's own if it is stable, the fastest without oscillation (a
     double root), and half and nine tenths of the sampled limit. With a depth error translations
-    have κ = ρ and rotations κ = 1, and a row each. Gains at which the offset is gone within a
+    have κ = ρ and rotations κ = 1, and a row each; with a wrong focal length every real eigenvalue
+    of M = L̂⁺L has one, for an offset along its vector. Gains at which the offset is gone within a
     frame or two have no rate, and no row. Agreement is asked with the sampled mode.
     Errors: `InputError` where the latency is no whole number of frames, or a gain not above 0.
     """
     period, late = scenario.vision.period, scenario.vision.latency
     latency(scenario)
     if gains is None:
-        worst = max(ratios(scenario))
-        limit = float(loop.gain_limit(late, period=period, kappa=worst))
+        worst = max(abs(mu) for mu in ratios(scenario))
+        limit = gain_limit(scenario)
         fastest = float(loop.fastest_gain(late, period=period, kappa=worst))
         own = (scenario.law.lam,) if scenario.law.lam < limit else ()
         gains = (*own, fastest, *(share * limit for share in SHARES))
@@ -65,24 +76,22 @@ def decay_modes(scenario: Scenario, gains: tuple[float, ...] | None = None) -> D
 
 
 def _rows(scenario: Scenario) -> list[Measured]:
-    kinds = ratios(scenario)
-    parts = {"": slice(0, 6)}
-    if len(kinds) == 2:
-        parts = {", translation": slice(0, 3), ", rotation": slice(3, 6)}
-    lag = _odd_lag(scenario)
-    rows = []
-    for ratio, (name, part) in zip(kinds, parts.items(), strict=True):
-        polynomial = characteristic(scenario, ratio)
+    rows: list[Measured] = []
+    for kind in kinds(scenario):
+        if kind.ratio.imag:
+            continue  # offsets turn into one another, so that none has a mode of its own
+        polynomial = characteristic(scenario, kind.ratio.real)
         z = dominant(polynomial)
         if abs(z) < DEADBEAT:
             continue
-        found = None if lag is None else dominant(_recurrence(lag[:, part], scenario))
+        lag = _odd_lag(scenario, kind)
+        found = None if lag is None else dominant(_recurrence(lag, scenario))
         period, (apart, double) = scenario.vision.period, _root_error(polynomial, z)
         power = "their square root, at a double root" if double else "divided by the slope there"
         rows.append(
             Measured(
-                case=f"λ = {scenario.law.lam:.4g} s⁻¹{name}",
-                predicted=_continuous(scenario, ratio),
+                case=f"λ = {scenario.law.lam:.4g} s⁻¹{f', {kind.name}' if kind.name else ''}",
+                predicted=_continuous(scenario, kind.ratio.real),
                 exact=cmath.log(z) / period,
                 simulated=cmath.log(found) / period if found else None,
                 allowed=apart / (abs(z) * period),
@@ -93,10 +102,11 @@ def _rows(scenario: Scenario) -> list[Measured]:
     return rows
 
 
-def _odd_lag(scenario: Scenario) -> Array | None:
+def _odd_lag(scenario: Scenario, kind: Kind) -> Array | None:
     """Lags after two opposite offsets, half their difference: bends of second order cancel."""
     unit, frames = scales(scenario), 8 * (scenario.latency_frames + 1) + 30
-    both = [released(scenario, side * OFFSET * unit, frames) for side in (1, -1)]
+    along = OFFSET * kind.direction
+    both = [released(scenario, side * along, frames) for side in (1, -1)]
     if not all(run.status.ok for run in both):
         return None
     odd: Array = (both[0].lag - both[1].lag) / (2 * OFFSET * unit)
@@ -111,7 +121,7 @@ def _recurrence(lag: Array, scenario: Scenario) -> Array:
     return np.concatenate([[1.0], -fitted])
 
 
-def _root_error(polynomial: Array, z: complex) -> tuple[float, bool]:
+def _root_error(polynomial: NDArray[np.inexact[Any]], z: complex) -> tuple[float, bool]:
     """How far a root moves if each coefficient does by `FITTED`, and whether as a double root."""
     moved = FITTED * float(np.polyval(np.ones(len(polynomial) - 1), abs(z)))
     slope = float(abs(np.polyval(np.polyder(polynomial), z)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario, simulate
 from vsctrl.study.comparison import Comparison, validate
 from vsctrl.study.stability import Stability, stability
@@ -24,12 +25,20 @@ class Examination:
 def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: None) -> Examination:
     """Compute all of it; `progress` is told each step as it begins.
 
-    Errors: `InputError` as `validate` and `stability`.
+    Where `validate` has nothing to compare, as with a reference that is held, the comparison is
+    empty and its note says why. Errors: `InputError` as `stability`, and for a screw without any
+    twist, which is more likely a slip of the pen than a wish to hold.
     """
     progress("margins and limits")
     found = stability(scenario)
     progress("tracking errors, four ways")
-    comparison = validate(scenario)
+    try:
+        comparison = validate(scenario)
+    except InputError as error:
+        T = scenario.constant_twist
+        if scenario.motion.kind == "screw" and T is not None and not T.any():
+            raise
+        comparison = Comparison(scenario, note=f"There is nothing to compare: {error}")
     progress("six-degree-of-freedom runs")
     on = simulate(scenario.with_(k_ff=scenario.law.k_ff or 1.0))
     off = simulate(scenario.with_(k_ff=0.0))

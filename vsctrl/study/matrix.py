@@ -4,7 +4,8 @@ The law is the linear part of a curved world: for a slide at constant depth it h
 for other motions the lag differs from it by the square of the twist. So each motion is run at full,
 half, a quarter and an eighth of its twist, and the lag per twist is extrapolated to none
 (Richardson): that has to be the law. The difference at full twist is shown, with the power at which
-it falls.
+it falls. M = L̂⁺L is that of wrong depths, of a wrong focal length, which takes a rotation partly
+for a translation, and of both.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from vsctrl import loop
 from vsctrl.servo import Scenario
 from vsctrl.study.measured import Experiment, Measured, Value, number
-from vsctrl.study.trials import run, scales, settling
+from vsctrl.study.trials import calibration, run, scales, settling
 
 Array = NDArray[np.float64]
 
@@ -35,6 +36,7 @@ MOTIONS = {
 EXACT = "slide along x"
 WAY = 0.1  #: of each motion at full twist, in nearest depths and rad
 DEPTH_RATIO = 0.8  #: where the scenario's own is 1, which would make M no matrix to speak of
+FOCAL_RATIO = 1.1  #: where the scenario's own is 1
 SHARES = (1, 2, 4, 8)  #: of the full twist, as divisors, to extrapolate from
 ROUNDING = 1e-11  #: of a lag, in nearest depths and rad
 
@@ -47,10 +49,12 @@ class LagRow(Measured):
     that twist, and of the runs extrapolated to no twist and scaled back, six numbers in m and rad.
     Sizes count a rotation at the nearest depth. The table shows `as_run` first, then the law and
     `linear`, which must agree. `order` is the power of the twist at which `as_run` leaves the law,
-    None where it does not; `curvature` by how much, m.
+    None where it does not; `curvature` by how much, m. `depth_ratio` ρ and `focal_ratio` φ make M.
     """
 
     motion: str
+    depth_ratio: float
+    focal_ratio: float
     twist: tuple[float, ...]
     law: tuple[float, ...]
     as_run: tuple[float, ...] | None
@@ -69,11 +73,13 @@ class LagRow(Measured):
 class MatrixLaw(Experiment):
     """Steady lags in six degrees of freedom, sizes in m: as run, by the law, and its linear part.
 
-    `depth_ratio` is the ρ of M = diag(ρ, ρ, ρ, 1, 1, 1).
+    `depth_ratio` is the ρ of M = diag(ρ, ρ, ρ, 1, 1, 1), `focal_ratio` the φ of the rows that
+    name it.
     """
 
     rows: tuple[LagRow, ...]
     depth_ratio: float
+    focal_ratio: float
 
     title: ClassVar[str] = (
         "steady lag by the matrix law, mm, + ahead, − behind; rotations count at the nearest depth"
@@ -89,33 +95,45 @@ class MatrixLaw(Experiment):
         return super().distance(1e3 * value)
 
 
-def matrix_law(scenario: Scenario, depth_ratio: float | None = None) -> MatrixLaw:
+def matrix_law(
+    scenario: Scenario, depth_ratio: float | None = None, focal_ratio: float | None = None
+) -> MatrixLaw:
     """The steady lag of five motions with every placement, with and without feed-forward.
 
     ξ = τT* − (λM)⁻¹(I − k_ff M)T*, M = diag(ρ, ρ, ρ, 1, 1, 1); `depth_ratio` is ρ, by default the
-    scenario's own, or 0.8 where that is 1. k_ff is the scenario's, 1 where it has none.
+    scenario's own, or 0.8 where that is 1. With the scenario's placement also for a focal length
+    F̂ = φF, with and without the wrong depths; `focal_ratio` is φ, by default the scenario's own, or
+    1.1 where that is 1. M is then `loop.focal_error_matrix` if all points have one depth at the
+    start, else L̂⁺L there. k_ff is the scenario's, 1 where it has none.
     Errors: `InputError` where the loop is unstable as sampled, the latency is no whole number of
-    frames, or a motion at this start would lose the target.
+    frames, a ratio is not above 0, or a motion at this start would lose the target.
     """
-    ratio = depth_ratio
-    if ratio is None:
-        own = scenario.law.depth_ratio
-        ratio = own if own != 1 else DEPTH_RATIO
-    given = scenario.with_(depth_ratio=ratio)
-    placements = ("measurement", "aligned", "actuator") if given.vision.latency else (None,)
-    on = given.law.k_ff or 1.0
-    rows = [
-        _row(given.with_(k_ff=k_ff, placement=placement or given.law.placement), motion)
-        for k_ff, placement, motion in itertools.product((0.0, on), placements, MOTIONS)
-    ]
-    return MatrixLaw(scenario, tuple(rows), ratio)
+    ratio = _other_than_1(depth_ratio, scenario.law.depth_ratio, DEPTH_RATIO)
+    phi = _other_than_1(focal_ratio, scenario.calibration.focal_ratio, FOCAL_RATIO)
+    own = scenario.law.placement
+    every = ("measurement", "aligned", "actuator") if scenario.vision.latency else (own,)
+    on = scenario.law.k_ff or 1.0
+    rows: list[LagRow] = []
+    for rho, focal, placements in ((ratio, 1.0, every), (1.0, phi, (own,)), (ratio, phi, (own,))):
+        given = scenario.with_(depth_ratio=rho, focal_ratio=focal)
+        rows += [
+            _row(given.with_(k_ff=k_ff, placement=placement), motion)
+            for k_ff, placement, motion in itertools.product((0.0, on), placements, MOTIONS)
+        ]
+    return MatrixLaw(scenario, tuple(rows), ratio, phi)
+
+
+def _other_than_1(given: float | None, own: float, else_: float) -> float:
+    if given is not None:
+        return given
+    return own if own != 1 else else_
 
 
 def _row(scenario: Scenario, motion: str) -> LagRow:
     law, unit = scenario.law, scales(scenario)
     frames, left = settling(scenario, "lag")
     twist = np.array(MOTIONS[motion]) * unit * WAY / (frames * scenario.vision.period)
-    M = loop.depth_error_matrix(law.depth_ratio)
+    M, focal = calibration(scenario), scenario.calibration.focal_ratio
     values = {"lam": law.lam, "k_ff": law.k_ff, "tau": scenario.vision.latency}
     expected = np.asarray(loop.steady_lag(loop.diagram(law.placement), M, twist, **values))
     start = size(twist, unit) * (1 / law.lam + scenario.vision.latency)
@@ -139,9 +157,13 @@ def _row(scenario: Scenario, motion: str) -> LagRow:
     def length(lag: Array) -> float:
         return math.copysign(size(lag, unit), (lag / unit) @ (twist / unit))
 
-    late = f", {law.placement}" if scenario.vision.latency else ""
+    name = f"{motion}, {'with' if law.k_ff else 'without'} k_ff"
+    name += f", {law.placement}" if scenario.vision.latency else ""
+    if focal != 1:
+        name += f", depth ratio {law.depth_ratio:g}" if law.depth_ratio != 1 else ""
+        name += f", focal ratio {focal:g}"
     return LagRow(
-        case=f"{motion}, {'with' if law.k_ff else 'without'} k_ff{late}",
+        case=name,
         predicted=None if as_run is None else length(as_run),
         exact=length(expected),
         simulated=None if linear is None else length(linear),
@@ -149,6 +171,8 @@ def _row(scenario: Scenario, motion: str) -> LagRow:
         reason=reason,
         note="a run failed" if failed else "",
         motion=motion,
+        depth_ratio=law.depth_ratio,
+        focal_ratio=focal,
         twist=tuple(twist.tolist()),
         law=tuple(expected.tolist()),
         as_run=None if as_run is None else tuple(as_run.tolist()),

@@ -20,7 +20,7 @@ from vsctrl import loop
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.study.measured import Experiment, Measured, Value
-from vsctrl.study.trials import nearest_depth, run, settling
+from vsctrl.study.trials import nearest_depth, run, settling, sideways_ratio
 from vsctrl.symbols import T_s, d, k_ff, kappa, lam, omega, s, tau
 
 Array = NDArray[np.float64]
@@ -134,7 +134,7 @@ def _gain(scenario: Scenario, feedforward: bool) -> float:
 def _theory(scenario: Scenario, feedforward: bool, held: bool) -> Callable[[float], complex]:
     """E/S* of figure 1 over ω, in continuous time or with the velocity held over a frame."""
     law, period, late = scenario.law, scenario.vision.period, scenario.vision.latency
-    values = {kappa: law.depth_ratio, lam: law.lam, k_ff: _gain(scenario, feedforward)}
+    values = {kappa: sideways_ratio(scenario), lam: law.lam, k_ff: _gain(scenario, feedforward)}
     if held:
         sampled = loop.sampled_sine_error(law.placement)
         sampled = sampled.subs(values | {T_s: period, d: scenario.latency_frames})

@@ -7,6 +7,7 @@ from vsctrl.report.plots.chart import stability_chart
 from vsctrl.report.plots.history import histories
 from vsctrl.report.plots.measured import sine_response
 from vsctrl.report.plots.paper import error_traces, first_point, paths, velocities
+from vsctrl.report.plots.remedies import remedies
 from vsctrl.report.plots.responses import errors, responses, top_view
 from vsctrl.report.plots.run import picture, run_figure
 from vsctrl.report.plots.stability import bode, nyquist, root_locus
@@ -28,6 +29,7 @@ __all__ = [
     "nyquist",
     "paths",
     "picture",
+    "remedies",
     "responses",
     "root_locus",
     "run_figure",

@@ -1,0 +1,250 @@
+"""How far behind, in sentences, and how well the ways agree on it: by the kind of motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vsctrl.servo import Run
+from vsctrl.study import Comparison, Examination, History, Row, Wave
+
+EXACT = 1e-12  #: a lag (m) that is nothing but rounding
+SEEN = 0.2  #: a measured error is said to hide the true one below this share of it
+
+
+def tracking(found: Examination) -> list[str]:
+    """The lag with and without the derivative term, and what a measured plot shows of it."""
+    comparison = found.comparison
+    if comparison.waves:
+        return _sine(found)
+    # A run that was too short for its transient has a lag, but no steady one.
+    short = any(row.simulated is not None and row.analytic is None for row in comparison.rows)
+    if comparison.rows and not (comparison.on_legs and short):
+        return _steady(found)
+    return _at_every_frame(found)
+
+
+def agreement(found: Comparison) -> list[str]:
+    """How well the ways agree, each kind of comparison in a sentence."""
+    if not (found.rows or found.waves or found.histories):
+        return [found.note]
+    out = [_agreement(found)] if found.rows else []
+    out += [_sines_agree(found)] if found.waves else []
+    out += [_frames_agree(found)] if found.histories else []
+    return out
+
+
+# Steady lags -----------------------------------------------------------------------------------
+def _steady(found: Examination) -> list[str]:
+    """Of a constant twist, or at the end of each leg of a triangle."""
+    latency = found.scenario.vision.latency
+    placement = found.scenario.law.placement
+    rows = {
+        (on, late): found.comparison.row(
+            feedforward=on, delay=late, placement=placement if late else "measurement"
+        )
+        for on in (False, True)
+        for late in (0.0, latency)
+    }
+    leg = " on each leg" if found.comparison.on_legs else ""
+    ideal, late = (rows[False, 0.0], rows[True, 0.0]), (rows[False, latency], rows[True, latency])
+    if any(_lag(row) is None for row in ideal):
+        return []
+    without_latency = (
+        f"Without the derivative term the camera {_position(ideal[0])} its reference{leg}, "
+        f"with it {_short(ideal[1])}"
+    )
+    if not latency:
+        return [without_latency + "."]
+    if any(_lag(row) is None for row in late):
+        return [
+            f"{without_latency}, if the image were not late; "
+            f"{1e3 * latency:g} ms late the camera does not settle."
+        ]
+    out = [
+        f"With an image {1e3 * latency:g} ms old and without the derivative term, the camera "
+        f"{_position(late[0])} its reference{leg}; with the derivative term it "
+        f"{_position(late[1])} it. Without the latency it would be "
+        f"{_short(ideal[0])} and {_short(ideal[1])}."
+    ]
+    if abs(_lag(late[1]) or 0.0) > 1e-5 and (hidden := _hidden(found)):
+        nulling = found.stability.nulling_feedforward
+        out.append(
+            f"{hidden} Delaying the reference by the same time (aligned) removes the lead{leg}; so "
+            f"does k_ff = {nulling:.3g}."
+        )
+    return out
+
+
+def _hidden(found: Examination) -> str:
+    """That the law does not see its error, where that is so; else empty."""
+    run = found.with_feedforward
+    if not run.status.ok or found.scenario.law.placement != "measurement":
+        return ""
+    whole = bool(found.comparison.histories)
+    true, seen = (_size_in_image(run, e, whole) for e in ("error", "measured_error"))
+    if not seen < SEEN * true:
+        return ""
+    mean = " (median)" if whole else ""
+    return (
+        f"No measured plot shows this: with the derivative term the law sees an error of "
+        f"{seen:.1f} px while the true one is {true:.1f} px{mean}, because it compares an old "
+        "image with a new reference."
+    )
+
+
+def _size_in_image(run: Run, which: str, whole: bool) -> float:
+    """E over all points, px: of the last frame, or the median over the later half of a run."""
+    e = np.linalg.norm(getattr(run, which), axis=1)
+    # A median, which the few frames after a turn do not change.
+    return float(np.median(e[len(e) // 2 :])) if whole else float(e[-1])
+
+
+# Sines -----------------------------------------------------------------------------------------
+def _sine(found: Examination) -> list[str]:
+    latency, comparison = found.scenario.vision.latency, found.comparison
+    waves = {
+        (on, late): comparison.wave(
+            feedforward=on, delay=late, placement=_placement(comparison, late)
+        )
+        for on in (False, True)
+        for late in (0.0, latency)
+    }
+    if any(waves[on, 0.0].simulated is None for on in (False, True)):
+        return []
+    ideal = [_swing(waves[on, 0.0]) for on in (False, True)]
+    if not latency:
+        return [f"The error is a sine: {ideal[0]} without the derivative term, {ideal[1]} with it."]
+    if any(waves[on, latency].simulated is None for on in (False, True)):
+        return [
+            f"The error would be a sine, {ideal[0]} without the derivative term and {ideal[1]} "
+            f"with it, if the image were not late; {1e3 * latency:g} ms late the camera does not "
+            "settle."
+        ]
+    late = [_swing(waves[on, latency]) for on in (False, True)]
+    out = [
+        f"With an image {1e3 * latency:g} ms old the error is a sine: {late[0]} without the "
+        f"derivative term, {late[1]} with it. Without the latency it would be {ideal[0]} and "
+        f"{ideal[1]}."
+    ]
+    if hidden := _hidden(found):
+        aligned = comparison.wave(feedforward=True, delay=latency, placement="aligned")
+        size = abs(aligned.simulated or 0.0)
+        out.append(
+            f"{hidden} Delaying the reference by the same time (aligned) leaves ±{_size(size)}."
+        )
+    return out
+
+
+def _swing(wave: Wave) -> str:
+    """Amplitude, and whether the camera is behind or ahead where the reference moves fastest."""
+    value = wave.simulated or 0j
+    if abs(value) < EXACT:
+        return "nothing"
+    # A lead of constant time is along the velocity, a quarter of a cycle before the sine itself.
+    side = {-1: " behind", 0: "", 1: " ahead"}[round(value.imag / abs(value))]
+    return f"±{_size(abs(value))}{side}"
+
+
+def _placement(found: Comparison, late: float) -> str:
+    placement = found.scenario.law.placement
+    return "measurement" if placement == "actuator" and not late else placement
+
+
+# Any motion ------------------------------------------------------------------------------------
+def _at_every_frame(found: Examination) -> list[str]:
+    own = found.comparison.own_histories
+    sizes = [_largest(one) for one in own if not one.note]
+    if len(sizes) < 2:
+        return []
+    latency = found.scenario.vision.latency
+    old = f"With an image {1e3 * latency:g} ms old the camera" if latency else "The camera"
+    return [
+        f"{old} is off its reference by up to {sizes[0]} along the motion without the derivative "
+        f"term, by up to {sizes[1]} with it. No one number says it: the lag does not settle in "
+        "this motion."
+    ]
+
+
+def _largest(one: History) -> str:
+    return f"{_size(one.largest)} ({_size(one.root_mean_square)} root mean square)"
+
+
+# Agreement -------------------------------------------------------------------------------------
+def _agreement(found: Comparison) -> str:
+    rows = found.rows
+    compared = [row for row in rows if row.agrees is not None]
+    if not compared:
+        return "No case has a steady lag to compare."
+    size = _close(found.largest_disagreement or 0.0)
+    four = "Closed form, Padé model, exact delay and six-degree-of-freedom simulation"
+    bad = sum(not row.agrees for row in compared)
+    if not bad:
+        return f"{four} agree in {len(compared)} of {len(rows)} cases, to {size}."
+    text = f"{four} disagree in {bad} of {len(compared)} cases"
+    if any(row.contradicted for row in rows):
+        return text + ": a simulation ran away where the loop should be stable. See the table."
+    text += f", by up to {size}"
+    if not found.exact_motion:
+        text += (
+            ". This motion turns or changes depth, for which the loop of figure 1 is only the "
+            "first order: small differences are curvature"
+        )
+    return text + ". See the table."
+
+
+def _sines_agree(found: Comparison) -> str:
+    compared = [wave for wave in found.waves if wave.agrees is not None]
+    if not compared:
+        return "No case has a steady sine to compare."
+    bad = sum(not wave.agrees for wave in compared)
+    pairs = (
+        "Closed form and exact delay, and the loop as sampled and the six-degree-of-freedom "
+        "simulation,"
+    )
+    if bad:
+        return f"{pairs} disagree in {bad} of {len(compared)} cases. See the table."
+    within = _close(found.largest_disagreement or 0.0)
+    return f"{pairs} agree in {len(compared)} of {len(found.waves)} cases, to {within}."
+
+
+def _frames_agree(found: Comparison) -> str:
+    every = found.histories
+    bad = sum(not one.agrees for one in every)
+    loop = "figure 1 with its velocity held over a frame"
+    if bad:
+        return f"Frame by frame the simulation leaves {loop} in {bad} of {len(every)} cases."
+    within = _close(max(one.disagreement for one in every))
+    first = "" if found.exact_motion else ", its first order,"
+    return f"At every frame the simulation is where {loop}{first} has it, to {within}."
+
+
+# Numbers ---------------------------------------------------------------------------------------
+def _close(apart: float) -> str:
+    """A small difference, m, in the unit that suits it."""
+    if apart >= 1e-4:
+        return f"{1e3 * apart:.2g} mm"
+    return f"{1e6 * apart:.2g} µm" if apart >= 1e-9 else "less than a nanometre"
+
+
+def _lag(row: Row) -> float | None:
+    """The steady lag where there is one that the simulation has shown, m."""
+    return row.analytic if row.simulated is not None else None
+
+
+def _position(row: Row) -> str:
+    value = _lag(row) or 0.0
+    if abs(value) < EXACT:
+        return "is exactly on"
+    return f"trails {_size(value)} behind" if value < 0 else f"runs {_size(value)} ahead of"
+
+
+def _short(row: Row) -> str:
+    value = _lag(row) or 0.0
+    if abs(value) < EXACT:
+        return "exactly on it"
+    return f"{_size(value)} {'behind' if value < 0 else 'ahead'}"
+
+
+def _size(value: float) -> str:
+    """A length in tenths of a millimetre, in µm where that says too little."""
+    return f"{abs(1e3 * value):.1f} mm" if abs(value) >= 1e-3 else f"{abs(1e6 * value):.3g} µm"
