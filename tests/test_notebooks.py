@@ -27,6 +27,54 @@ SHOWN = {
         "[-F_x*V_x/z_0]",
         "F_x*omega*(d_z*z_0 - x_0**2 - z_0**2)/z_0**2",
     ],
+    "03_six_dof": [
+        "{'with the derivative term, mm': 3.2, 'without, mm': -4.8}",  # vτ and v(τ − 1/λ), λ = 5
+        "(2.56, array(",  # ωdτ
+        "'matrix law': array([4.6545,",  # 40 (0.08 + 0.1/(1.1·2.5))
+        "'run': array([ 4.6545,",
+        "'lag, mm': 1.4545",  # 40·0.1/(1.1·2.5)
+        "'speed, mm/s': 36.3636",  # V·Z/Ẑ
+        "'lag, mm': -1.6,",  # −40·0.1/2.5
+        "'speed, mm/s': 44.0",  # V·F̂/F
+        "'gain limit, s⁻¹': 15.451}",  # 2 sin(π/10)/0.04
+        "{'v_z, m/s': -3.0,",  # −λZ(1 − cos 120°)
+        "{'v_z, m/s': 3.0,",
+        "'ω_z, rad/s': -2.1651",  # −λ sin 120°
+        "{'v_z, m/s': 0.0, 'ω_z, rad/s': -8.6603",  # −2λ tan 60°
+        "'polar': {'v_z, m/s': 0.0,\n  'ω_z, rad/s': -5.236",  # −λ·2π/3
+        "'ω_z, rad/s': 2.618",  # λ·π/3: the long axis of a rectangle is the same after half a turn
+        "'pose': 3.2}",
+    ],
+    "04_linking_and_limits": [
+        "array([ 0.064,  0.   ,  0.   ,  0.   , -0.08 ,  0.   ])",  # −ωd and ω
+        "'linear adds': 1.646823882",  # (0.04 + 0.024 + √(0.064² + 0.03²) + 0.03)/0.1
+        "'smooth adds': 2.470235823",  # 3/2 of it
+        "('acceleration', 0.05, 1.25)",  # dω², over 0.04
+        "(1.118033988749895, 2.23606797749979, True)",  # √1.25, and 2 s of it
+        "value=0.23561944901923448",  # 0.15·π/2
+        "value=0.3701101650408509",  # 0.15·(π/2)²
+        "(2.0, 1.2)",  # L/v + v/a and 2√(L/a)
+        "((7.4096",  # 0.2601/(0.04 cos 0.5): joint 3 of a wrist at q₅ = 0.5
+        "(24.98, 24.98)",  # (0.064² + 0.03²)/(2·0.1)
+        "(-90.0, 226)",  # (0.03 − 0.04)·9
+        "-T*a/lambda",
+        "'run, mm': -0.4}",  # −a(T + Tₛ/2)/λ
+        "'run, mm': -1.4}",
+        "'run, mm': -2.4}",
+    ],
+    "05_latency_and_prediction": [
+        "{0.0: 0.0, 0.02: 0.8, 0.05: 2.0, 0.08: 3.2, 0.1: 4.0}",  # vτ
+        "v*(tau - tauhat)",
+        "(True, array([ 1.6,  1.2,  0.8,  0.4,  0. , -0.4, -0.8, -1.2, -1.6]))",
+        "array([20.    , 12.    ,  7.2   ,  4.32  ,  2.592 ,  1.5552])",  # 20·0.6ᵏ
+        "'Smith, 80 ms': 'completed'",  # 20 s⁻¹ is below 2/0.04
+        "'nothing': -8.0",  # −v/λ
+        "'Smith': -9.6",  # −v/λ − vτ
+        "'integral, 1.6 s': 0.0",
+        "(7.31,\n {'nothing': 7.31",  # |v/(jω + λ e^(−jω(τ + Tₛ/2)))|
+        "over once': 4.0}",  # information goes with the square of the speed
+        "array([[-0.125, -0.075, -0.125]",  # the LEDs of the paper
+    ],
     "07_block_diagrams": [
         "3.14159265358979",  # SIMC: π, 61.35°, 1.59, 2.14 (Skogestad 2003, Table 1)
         "61.352110243",

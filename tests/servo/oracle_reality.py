@@ -6,6 +6,8 @@ solve_ivp where a drive accelerates or lags). Derivatives are complex steps, of 
 and of the planned image along the reference's.
 """
 
+from itertools import pairwise
+
 import numpy as np
 from oracle import hat, screw, start_pose
 from scipy.integrate import solve_ivp
@@ -143,7 +145,7 @@ class Camera:
         """∫ T dt over a time."""
         times = sorted({t0, t1, *(s[0] for s in self.stretches if t0 < s[0] < t1)})
         total = np.zeros(6)
-        for a, b in zip(times[:-1], times[1:], strict=True):
+        for a, b in pairwise(times):
             _, pose, twist, aim, T = [s for s in self.stretches if s[0] <= a + 1e-12][-1]
             begin = [s[0] for s in self.stretches if s[0] <= a + 1e-12][-1]
             total += self._along(pose, twist, aim, T, b - begin)[3]
@@ -182,7 +184,7 @@ class Camera:
         return y[:16].reshape(4, 4), y[16:22] if self.tau else end, end, y[22:]
 
 
-def run(scenario, motion=None):
+def run(scenario, motion=None):  # noqa: C901 - one frame after the other, in one place
     """Columns (pose in the object, lag, true error, measured error, command, mean twist)."""
     motion = motion or screw(scenario)
     Ts, law, vision = scenario.vision.period, scenario.law, scenario.vision

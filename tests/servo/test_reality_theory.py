@@ -154,12 +154,13 @@ def test_a_fraction_of_a_period_moves_the_ramp_error_and_the_limit_in_between():
 
 
 @pytest.mark.parametrize(("tau", "tau_hat"), [(2.0, 2.0), (1.4, 1.4), (2.0, 1.3), (1.4, 3.0)])
-@pytest.mark.parametrize("k_ff", [0.0, 1.0])
-def test_the_error_on_a_ramp_with_a_smith_predictor(tau, tau_hat, k_ff):
+@pytest.mark.parametrize(("k_ff", "dead_time"), [(0.0, 0.0), (1.0, 0.0), (1.0, 0.7)])
+def test_the_error_on_a_ramp_with_a_smith_predictor(tau, tau_hat, k_ff, dead_time):
+    # Of the delay of the robot only what the predictor believes of it counts.
     lam = 2.5
     run = slide(
         lam=lam, latency=tau * TS, predictor="smith", tau_hat=tau_hat * TS, k_ff=k_ff,
-        depth_ratio=RHO, duration=16.0,
+        depth_ratio=RHO, duration=16.0, dead_time=dead_time * TS,
     )  # fmt: skip
     lag = V * (tau * TS - tau_hat * TS / RHO - (1 - k_ff * RHO) / (RHO * lam))
     np.testing.assert_allclose(run.lag[-1], [lag, 0, 0, 0, 0, 0], atol=1e-12)
@@ -174,8 +175,7 @@ def test_the_lag_obeys_the_recursion_with_a_smith_predictor(tau, tau_hat, dead_t
         lam, latency=tau * TS, dead_time=dead_time * TS, predictor="smith", depth_ratio=kappa,
         tau_hat=None if tau_hat is None else tau_hat * TS, interaction="desired",
     )  # fmt: skip
-    # A late image of a late robot: of two shares of a period that do not add up to one another's
-    # the recursion has three terms, those of the two interpolations multiplied in time order.
+    # A late robot makes the motion of a punctual one, later: only the sum of both delays counts.
     polynomial = predicted(lam, kappa, tau + dead_time, believed)
     np.testing.assert_allclose(left_over(polynomial, S, 2 * len(polynomial)), 0, atol=1e-13)
 

@@ -56,6 +56,43 @@ def test_forward_kinematics_works_on_any_leading_shape():
     assert GANTRY.both(GANTRY.forward(q)).shape == (2, 3, 2, 6)
 
 
+def test_one_pose_in_plain_arithmetic_has_the_solution_that_gives_it_back_nearest_to_the_start():
+    for q in away_from_singularity(joints(200)):
+        # Both solutions of the wrist differ by at least half a turn in joints 4 and 6 together.
+        near = q + RNG.uniform(-0.4, 0.4, 6)
+        q[5] += 2 * np.pi * (near[4] > 0)  # whole turns are kept
+        near[5] = q[5] + 0.3
+        found = GANTRY.nearest_one(by_hand(q, EYE), near.tolist())
+        # atan2 of the pose's rounded entries, over the least |cos q5| of 0.05.
+        np.testing.assert_allclose(found, q, atol=1e-13)
+
+
+def test_one_pose_at_the_singularity_leaves_joint_4_where_it_is():
+    q = np.array([0.1, 0.2, -0.1, 0.7, np.pi / 2, -0.4])
+    found = np.array(GANTRY.nearest_one(by_hand(q, EYE), [0, 0, 0, 1.1, 1.5, 0]))
+    assert found[3] == 1.1
+    # cos(π/2) is 6e-17, not 0, and atan2 knows; the rest is rounding.
+    np.testing.assert_allclose(by_hand(found, EYE), by_hand(q, EYE), atol=1e-14)
+
+
+def test_speeds_in_closed_form_are_those_that_move_the_camera():
+    """Against central differences of the geometry by hand: joints moved on by q' h."""
+    h = 1e-6
+    for q, T in zip(away_from_singularity(joints(50)), RNG.uniform(-1, 1, (50, 6)), strict=False):
+        dq = GANTRY.speeds_one(q, T)
+        moved = inverse(by_hand(q - h * dq, EYE)) @ by_hand(q + h * dq, EYE)
+        # h² times third derivatives, which grow with the cube of the speeds; rounding over h.
+        allowed = 1e-9 + 10 * h**2 * (1 + np.abs(dq).max()) ** 3
+        np.testing.assert_allclose(log(moved) / (2 * h), T, atol=allowed)
+
+
+def test_speeds_at_the_singularity_are_the_least_ones():
+    q, T = np.array([0.1, 0.2, -0.1, 0.7, np.pi / 2, -0.4]), np.array([0.1, 0, 0.2, 0, 0.3, 0])
+    theta = np.linalg.pinv(GANTRY.jacobian(q) @ np.linalg.inv(GANTRY._gears), rcond=1e-8) @ T
+    expected = theta + COUPLING * np.array([0, 0, 0, 0, 0, theta[4]])
+    np.testing.assert_allclose(GANTRY.speeds_one(q, T), expected, atol=1e-12)
+
+
 def test_both_solutions_of_the_wrist_give_the_pose_back():
     bTc = GANTRY.forward(joints(200))
     for k in range(2):

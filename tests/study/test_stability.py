@@ -132,9 +132,12 @@ def test_without_latency_only_sampling_limits_the_gain():
     assert curves(found).locus is None
 
 
-def test_a_latency_between_frames_is_refused():
-    with pytest.raises(InputError, match=r"^vision\.latency: 0\.05 s"):
-        stability(paper.sliding(latency=0.05))
+def test_a_latency_between_frames_has_limits_between_those_of_frames():
+    """The root of z³ − z² + κλTₛ(0.75 z + 0.25) on the circle, for 1.25 frames."""
+    found = stability(paper.sliding(latency=0.05)).limits.sampled
+    roots = np.roots([1, -1, found * 0.04 * 0.75, found * 0.04 * 0.25])
+    assert np.abs(roots).max() == pytest.approx(1, abs=1e-12)
+    assert 2 * math.sin(math.pi / 10) / 0.04 < found < 1 / 0.04
 
 
 # Readings of λ ---------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ from vsctrl.loop.tracking import (
     tracking_error,
     tracking_transfer,
 )
-from vsctrl.loop.variants import pi, preview, previewed_feedforward, smith
+from vsctrl.loop.variants import nulling_preview, pi, preview, previewed_feedforward, smith
 
 __all__ = [
     "ErrorConstants",
@@ -44,6 +44,7 @@ __all__ = [
     "least_error_gain",
     "matrix_gain_limit",
     "nulling_feedforward",
+    "nulling_preview",
     "pade_gain_limit",
     "per_sample",
     "pi",

@@ -10,8 +10,10 @@ from functools import cache
 
 import sympy as sp
 
-from vsctrl.diagram import Block, Diagram, Sum
+from vsctrl.diagram import Block, Diagram, Ramp, Sum
 from vsctrl.loop.figure1 import Placement, check_placement, diagram
+from vsctrl.loop.parameters import known
+from vsctrl.loop.steady import steady_error
 from vsctrl.symbols import T_i, ell_hat, h, lam, s, tau_hat
 
 
@@ -26,6 +28,18 @@ def preview(placement: Placement = "measurement") -> Diagram:
     """
     check_placement(placement)
     return _preview(placement)
+
+
+def nulling_preview(placement: Placement = "measurement", **values: float | sp.Expr) -> sp.Expr:
+    """The preview h (s) that leaves no error on a ramp, (1 − k_ff κ)/(κλ) − τ with a late image.
+
+    Negative where the reference is to wait. `values` (lam, tau, kappa, k_ff) are put in; symbols
+    stay where they are left out. Errors: `InputError` for values that cannot be.
+    """
+    check_placement(placement)
+    return _nulling_preview(placement).xreplace(
+        known("nulling_preview", diagram(placement), values)
+    )
 
 
 @cache
@@ -82,6 +96,14 @@ def pi(placement: Placement = "measurement") -> Diagram:
 def _preview(placement: Placement) -> Diagram:
     parts = (*diagram(placement).parts, Block("now", sp.exp(-h * s), "S_ref -> S_star"))
     return Diagram(parts, inputs=["S_ref"], outputs=["S", "S_star"])
+
+
+@cache
+def _nulling_preview(placement: Placement) -> sp.Expr:
+    # A positive symbol has no negative solution, and the sign is what is asked.
+    real = sp.Symbol("h", real=True)
+    error = steady_error(_preview(placement), Ramp(1)).xreplace({h: real})
+    return sp.solve(error, real)[0]
 
 
 @cache

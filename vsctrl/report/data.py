@@ -98,7 +98,10 @@ class TrackingRow(_Table):
     exact_m: float | None = Field(description="exact-delay engine")
     simulated_m: float | None = Field(description="six-degree-of-freedom simulation")
     disagreement_m: float | None = Field(description="largest difference between the four")
-    agrees: bool | None = Field(description="whether that is within 1 % or 10 µm")
+    agrees: bool | None = Field(
+        description="whether that is within 1 % or 10 µm; within 1 % of v(τ + 1/κλ) where the "
+        "motion turns or changes depth, of which the loop is the first order"
+    )
     note: str
 
 

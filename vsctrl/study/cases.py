@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from vsctrl import loop
 from vsctrl.servo import Run, Scenario, simulate
+from vsctrl.servo.clock import whole
 from vsctrl.study.trials import characteristic, dominant, gain_limit, sideways_ratio
 
 if TYPE_CHECKING:
@@ -42,6 +43,12 @@ class Case:
         late = f"{1e3 * self.delay:g} ms {_WHERE[self.placement]}" if self.delay else "no latency"
         late += ", aligned" if self.placement == "aligned" and not self.delay else ""
         return f"{'with' if self.k_ff else 'without'} feed-forward, {late}"
+
+    @property
+    def is_late_between_frames(self) -> bool:
+        """Whether the reference is delayed too, and by no whole number of frames."""
+        periods = self.delay / self.scenario.vision.period
+        return self.placement == "aligned" and whole(periods) is None
 
     @property
     def kappa(self) -> float:
@@ -107,9 +114,7 @@ def cases(scenario: Scenario) -> list[Case]:
     """Feed-forward off and on, latency 0 and the scenario's, in the measurement and aligned.
 
     And in the actuator if the scenario has it there. Feed-forward is 1 where the scenario has none.
-    Errors: `InputError` where the latency is no whole number of frames.
     """
-    scenario.latency_frames  # noqa: B018 - a latency between frames is refused before any work
     latency, on = scenario.vision.latency, scenario.law.k_ff or 1.0
     placements: list[loop.Placement] = ["measurement", "aligned"]
     if scenario.law.placement == "actuator":

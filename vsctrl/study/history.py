@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from vsctrl import loop
 from vsctrl.diagram import Block, Diagram
-from vsctrl.servo import Run, Scenario
+from vsctrl.diagram.sampled import SampledSystem
+from vsctrl.servo import Run, Scenario, clock
 from vsctrl.servo.motion.trajectory import Oscillation
 from vsctrl.servo.pose import inverse, log
 from vsctrl.study.cases import Case, is_sideways
@@ -105,13 +106,27 @@ def predicted_lag(case: Case, t: Array) -> Array:
     steps = log(inverse(pose[:-1]) @ pose[1:])[:, :3]
     way = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)])
     speed = reference.twist(t)[:, :3]
-    values = {**case.values, "ell": case.kappa, "ell_hat": 1.0}
-    twin = _driven_apart(case.placement).at(values).sampled(case.scenario.vision.period, hold="T")
+    twin, compared = held_twin(case), way
+    if case.is_late_between_frames:
+        # A reference that is late by a part of a frame is a matter of its motion, not of samples.
+        late = clock.late(t, case.scenario.vision.period, case.delay / case.scenario.vision.period)
+        frame = np.searchsorted(t, late, side="right") - 1
+        compared = way[frame] + log(inverse(pose[frame]) @ reference.pose(late))[:, :3]
     found = np.zeros_like(way)
     for axis in np.flatnonzero(way.any(axis=0) | speed.any(axis=0)):
-        found[:, axis] = twin["S_ref", "S"].response(way[:, axis]).y.ravel()
+        found[:, axis] = twin["S_ref", "S"].response(compared[:, axis]).y.ravel()
         found[:, axis] += twin["S_rate", "S"].response(speed[:, axis]).y.ravel()
     return found - way
+
+
+def held_twin(case: Case) -> SampledSystem:
+    """Figure 1 of a case with its velocity held over a frame, driven by S_ref and S_rate.
+
+    Where the reference is late by a part of a frame, S_ref is to be given late.
+    """
+    placement = "measurement" if case.is_late_between_frames else case.placement
+    values = {**case.values, "ell": case.kappa, "ell_hat": 1.0}
+    return _driven_apart(placement).at(values).sampled(case.scenario.vision.period, hold="T")
 
 
 @cache

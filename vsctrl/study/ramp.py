@@ -18,7 +18,7 @@ from vsctrl import loop
 from vsctrl.diagram import Ramp, Signal
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario
-from vsctrl.study.cases import MOST_FRAMES, Case
+from vsctrl.study.cases import MOST_FRAMES, Case, is_sideways
 from vsctrl.symbols import v
 
 if TYPE_CHECKING:
@@ -39,7 +39,8 @@ class Row:
     """One case: the steady lag along the motion in m, negative = behind, by each way.
 
     `None` where a way has no answer; `note` then says why. `formula` is the closed form.
-    A simulation that runs away where the loop should be stable is a disagreement.
+    A simulation that runs away where the loop should be stable is a disagreement. Where a motion
+    turns or changes depth, the terms of the lag are right to 1 % each, and may cancel in their sum.
     """
 
     case: str
@@ -53,6 +54,7 @@ class Row:
     simulated: float | None
     note: str = ""
     contradicted: bool = False  #: the simulation failed where theory promises a steady lag
+    terms: float = 0.0  #: v(τ + 1/κλ) where figure 1 is the first order of the motion, m
 
     @property
     def disagreement(self) -> float | None:
@@ -66,7 +68,7 @@ class Row:
     @property
     def tolerance(self) -> float:
         """The disagreement that still counts as agreement, m."""
-        return tolerance(self.analytic)
+        return tolerance(max(abs(self.analytic or 0.0), self.terms))
 
     @property
     def agrees(self) -> bool | None:
@@ -92,14 +94,14 @@ class Course:
     note: str = ""
 
 
-def tolerance(analytic: float | None) -> float:
-    """The disagreement that counts as agreement on a steady lag, m."""
-    return max(RELATIVE * abs(analytic or 0.0), ABSOLUTE)
+def tolerance(size: float) -> float:
+    """The disagreement that counts as agreement on a steady lag of a size in m, m."""
+    return max(RELATIVE * abs(size), ABSOLUTE)
 
 
 def row(case: Case, course_of: Callable[[Case], Course]) -> tuple[Row, Run | None]:
     """One case by all four ways, and its simulation where the loop should be stable in it."""
-    scenario, system = case.scenario, case.system
+    scenario, system, law = case.scenario, case.system, case.scenario.law
     speed, period = scenario.speed, scenario.vision.period
     course = course_of(case)
     analytic = pade = exact = simulated = found = None
@@ -135,6 +137,7 @@ def row(case: Case, course_of: Callable[[Case], Course]) -> tuple[Row, Run | Non
         simulated=simulated,
         note="; ".join(notes),
         contradicted=contradicted,
+        terms=0.0 if is_sideways(scenario) else speed * (case.delay + 1 / (case.kappa * law.lam)),
     )
     return done, found
 

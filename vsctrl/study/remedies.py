@@ -8,10 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from functools import cache
-from typing import Any, Literal
-
-import sympy as sp
+from typing import TYPE_CHECKING, Any, Literal
 
 from vsctrl import loop
 from vsctrl.diagram import Diagram, Ramp
@@ -20,7 +17,10 @@ from vsctrl.errors import LimitError
 from vsctrl.servo import Scenario
 from vsctrl.study import held
 from vsctrl.study.trials import sideways_ratio
-from vsctrl.symbols import h, v
+from vsctrl.symbols import v
+
+if TYPE_CHECKING:
+    import sympy as sp
 
 Kind = Literal[
     "none", "aligned", "nulling feed-forward", "preview", "early feed-forward", "PI", "Smith"
@@ -145,22 +145,9 @@ def integral_time(lam: float, ratio: float, tau: float) -> float:
     return max(DAMPED / (ratio * lam), LATE * tau)
 
 
-def best_preview(lam: float, k_ff: float, tau: float, ratio: float) -> float:
-    """The preview h that leaves no error on a ramp, in s; negative where the reference is to wait.
-
-    Solved from the diagram: h = (1 − k_ff κ)/(κλ) − τ.
-    """
-    values = {"lambda": lam, "k_ff": k_ff, "tau": tau, "kappa": ratio}
-    found = _best_preview()
-    return float(found.subs({a: values[a.name] for a in found.free_symbols}))
-
-
-@cache
-def _best_preview() -> sp.Expr:
-    # A positive symbol has no negative solution, and the sign is what is asked.
-    real = sp.Symbol("h", real=True)
-    error = loop.steady_error(loop.preview(), Ramp(v)).xreplace({h: real})
-    return sp.solve(error, real)[0]
+def _best_preview(lam: float, k_ff: float, tau: float, ratio: float) -> float:
+    """The preview that leaves no error on a ramp, in s; negative where the reference is to wait."""
+    return float(loop.nulling_preview(lam=lam, k_ff=k_ff, tau=tau, kappa=ratio))
 
 
 def _previews(
@@ -168,9 +155,9 @@ def _previews(
 ) -> Iterator[Remedy | str]:
     """The whole reference early by the best h, without feed-forward where that leads already."""
     lam, k_ff, tau, ratio = (given[name] for name in ("lam", "k_ff", "tau", "ell"))
-    best, instead = best_preview(lam, k_ff, tau, ratio), ""
+    best, instead = _best_preview(lam, k_ff, tau, ratio), ""
     if best < 0 and k_ff:
-        best, k_ff, instead = best_preview(lam, 0.0, tau, ratio), 0.0, " instead of feed-forward"
+        best, k_ff, instead = _best_preview(lam, 0.0, tau, ratio), 0.0, " instead of feed-forward"
     if best < 0:
         yield (
             f"preview is left out: at κλτ = {ratio * lam * tau:.3g} the camera leads even without "

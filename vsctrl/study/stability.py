@@ -104,12 +104,8 @@ class Stability:
 
 
 def stability(scenario: Scenario) -> Stability:
-    """Margins and limits of the loop of figure 1 with a scenario's gain, latency and depth ratio.
-
-    Errors: `InputError` where the latency is no whole number of frames.
-    """
+    """Margins and limits of figure 1 with a scenario's gain, latency and depth ratio."""
     law, period, tau = scenario.law, scenario.vision.period, scenario.vision.latency
-    scenario.latency_frames  # noqa: B018 - refused before any work
     system = loop.diagram(law.placement).at(
         lam=law.lam, k_ff=law.k_ff, ell=law.depth_ratio, ell_hat=1.0, tau=tau
     )

@@ -80,7 +80,7 @@ def summarise(
     """Margins, limits, roots and tracking errors of figure 1.
 
     `lam` in s⁻¹, `tau` and `period` in s. Errors: `InputError` for a gain, κ or period that is not
-    above 0, a negative delay, a delay that is no whole number of periods, or numbers whose product
+    above 0, a negative delay, or numbers whose product
     is too large or too small to compute with; `LimitError` for roots that are too many to count.
     """
     check.positive("gain", lam)

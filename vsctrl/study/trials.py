@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from vsctrl import loop
 from vsctrl.errors import InputError
+from vsctrl.loop import fraction
 from vsctrl.loop.limits import sampled_characteristic
 from vsctrl.servo import Run, Scenario, simulate
+from vsctrl.servo.clock import whole
 from vsctrl.servo.plant.camera import Camera
 from vsctrl.servo.pose import inverse
 from vsctrl.symbols import T_s, d, kappa, lam, z_plane
@@ -144,13 +146,17 @@ def gain_limit(scenario: Scenario, *, sampled: bool = True) -> float:
 def characteristic(
     scenario: Scenario, ratio: complex, gain: float | None = None
 ) -> NDArray[np.inexact[Any]]:
-    """Coefficients of z^{d+1} − z^d + κλTₛ, highest power first, κ = `ratio`, λ in s⁻¹."""
-    known = {
-        d: scenario.latency_frames,
-        kappa: ratio,
-        lam: scenario.law.lam if gain is None else gain,
-        T_s: scenario.vision.period,
-    }
+    """Coefficients of z^{d+1} − z^d + κλTₛ, highest power first, κ = `ratio`, λ in s⁻¹.
+
+    Of `loop.fraction` where the latency is no whole number of periods.
+    """
+    gain = scenario.law.lam if gain is None else gain
+    period, late = scenario.vision.period, scenario.vision.latency
+    samples = whole(late / period)
+    if samples is None:
+        none, one = (fraction.characteristic(late / period, share) for share in (0.0, 1.0))
+        return none + ratio * gain * period * (one - none)
+    known = {d: samples, kappa: ratio, lam: gain, T_s: period}
     found = sampled_characteristic().subs(known).as_poly(z_plane).all_coeffs()
     polynomial = np.array([complex(c) for c in found])
     return polynomial if polynomial.imag.any() else polynomial.real
@@ -168,7 +174,8 @@ def settling(scenario: Scenario, what: str) -> tuple[int, float]:
 
     Errors: `InputError` where the loop is not stable as sampled, so that nothing settles.
     """
-    late = latency(scenario)
+    possible(scenario)
+    late = math.ceil(scenario.vision.latency / scenario.vision.period)
     limit = gain_limit(scenario)
     if not scenario.law.lam < limit:
         raise InputError(

@@ -21,8 +21,10 @@ from numpy.typing import ArrayLike, NDArray
 from vsctrl import loop
 from vsctrl.diagram import Block, Diagram, Sine
 from vsctrl.servo import Run, Scenario
+from vsctrl.servo.clock import whole
 from vsctrl.servo.motion.trajectory import Oscillation
 from vsctrl.study.cases import Case, is_sideways
+from vsctrl.study.history import held_twin
 from vsctrl.study.ramp import ABSOLUTE, PADE_ORDER, RELATIVE
 from vsctrl.study.trials import settling
 from vsctrl.symbols import T_s, d, ell, k_ff, kappa, lam, omega, s, tau
@@ -199,8 +201,15 @@ def _continuous(case: Case, w: float) -> complex:
 
 
 def _held(case: Case, w: float) -> complex:
-    late = {T_s: case.scenario.vision.period, d: case.own.latency_frames}
-    found = loop.sampled_sine_error(case.placement).subs({**_numbers(case), **late})
+    period = case.scenario.vision.period
+    samples = whole(case.delay / period)
+    if samples is None:
+        twin, z = held_twin(case), cmath.exp(1j * w * period)
+        late = cmath.exp(-1j * w * case.delay) if case.is_late_between_frames else 1.0
+        compared, rate = (complex(twin[name, "S"](z)) for name in ("S_ref", "S_rate"))
+        return late * compared + 1j * w * rate - 1
+    timing = {T_s: period, d: samples}
+    found = loop.sampled_sine_error(case.placement).subs({**_numbers(case), **timing})
     return complex(found.subs(omega, w))
 
 

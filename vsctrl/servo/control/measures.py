@@ -125,8 +125,9 @@ class Segments(_Sides):
         return kernels.segment_interaction(x, y, l, alpha, z_1, z_2, camera.Fx, camera.Fy)
 
     def _exists(self, ends: Array) -> Mask:
-        long = _long(ends)
-        return np.stack([np.ones_like(long), np.ones_like(long), long, long], axis=-1)
+        out = np.ones((*ends.shape[:-2], 4), dtype=bool)
+        out[..., 2:] = _long(ends)[..., None]
+        return out
 
 
 class NormalisedSegments(_Sides):
@@ -222,12 +223,17 @@ class Moments(Measures):
         return np.sum(by_point @ _points(self.camera, ends, z), axis=-3)
 
     def _exists(self, ends: Array) -> Mask:
-        of = _moments(ends)
-        a = of.mu_20 + of.mu_02
-        long = np.hypot(of.mu_20 - of.mu_02, 2 * of.mu_11) >= ROUND * a
+        # Of all moments the second ones alone are needed.
+        centre = ends.sum(axis=-2) / ends.shape[-2]
+        u, v = _columns(ends - centre[..., None, :])
+        uu, vv = u * u, v * v
+        a, difference, mu_11 = np.array((uu + vv, uu - vv, u * v)).sum(axis=-1)
         apart = np.sqrt(a) >= SHORTEST
-        skewed = apart & (self.points > 2)
-        return np.stack([apart] * 3 + [skewed] * 2 + [apart & long], axis=-1)
+        out = np.empty((*apart.shape, 6), dtype=bool)
+        out[..., :3] = apart[..., None]
+        out[..., 3:5] = (apart & (self.points > 2))[..., None]
+        out[..., 5] = apart & (np.hypot(difference, 2 * mu_11) >= ROUND * a)
+        return out
 
 
 #: Name → set of features.
@@ -283,21 +289,21 @@ class _Sums(NamedTuple):
 
 
 def _moments(ends: Array) -> _Sums:
-    centre = ends.mean(axis=-2)
+    centre = ends.sum(axis=-2) / ends.shape[-2]
     u, v = _columns(ends - centre[..., None, :])
     uu, vv = u * u, v * v
-    terms = (uu, u * v, vv, uu * u, uu * v, u * vv, vv * v)
-    return _Sums(*_columns(centre), *(np.sum(term, axis=-1) for term in terms))
+    terms = np.array((uu, u * v, vv, uu * u, uu * v, u * vv, vv * v))
+    return _Sums(*_columns(centre), *terms.sum(axis=-1))
 
 
-def _columns(values: Array) -> Array:
-    """The last axis in front, for unpacking."""
-    return np.moveaxis(values, -1, 0)
+def _columns(values: Array) -> list[Array]:
+    """The places of the last axis, for unpacking."""
+    return [values[..., i] for i in range(values.shape[-1])]
 
 
-def _ends(ends: Array) -> Array:
-    """X and Y of the first end, then of the second, in front, for unpacking."""
-    return np.moveaxis(ends, (-2, -1), (0, 1))
+def _ends(ends: Array) -> list[list[Array]]:
+    """X and Y of the first end, then of the second, for unpacking."""
+    return [_columns(ends[..., i, :]) for i in range(ends.shape[-2])]
 
 
 def _long(ends: Array) -> Mask:

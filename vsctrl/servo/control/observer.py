@@ -22,6 +22,7 @@ Cathey, The iterated Kalman filter update as a Gauss-Newton method (IEEE TAC 38(
 """
 
 import math
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -142,7 +143,7 @@ class DepthObserver:
             weighted = H.transpose(0, 2, 1) * self._weight
             after = before + weighted @ H
             pull = before @ (past - state)[..., None] + weighted @ (z - moved[:, :2])[..., None]
-            step = np.linalg.solve(after, pull)[..., 0]
+            step = _solve(after, pull)[..., 0]
             state = state + step
             state[:, 2] = np.clip(state[:, 2], self._least[use], self._most[use])
             if np.all(np.abs(step[:, 2]) <= _SETTLED * state[:, 2]):
@@ -150,6 +151,8 @@ class DepthObserver:
         gained = np.maximum(_of_depth(after) - _of_depth(before), 0.0)
         self._excitation[use] += state[:, 2] ** 2 * gained
         self._state[use], self._information[use] = state, after
+        told = np.isfinite(state).all(axis=1) & np.isfinite(gained)
+        self._forget(np.flatnonzero(use)[~told])
 
     def _move(self, motion: Array) -> None:
         """Carry the points that were seen once to the new frame, with what is known of them."""
@@ -158,14 +161,17 @@ class DepthObserver:
             return
         before = self._state[known]
         state, jacobian = _carry(before, motion)
-        back = np.linalg.inv(jacobian)
+        back = _solve(jacobian, np.eye(3))
         self._state[known] = state
         self._information[known] = back.transpose(0, 2, 1) @ self._information[known] @ back
         # χ shrinks by the scale of the point's approach, held at 1/RANGE by _carry.
         stays = state[:, 2] < RANGE * before[:, 2] * (1 - 1e-12)
         for chi in (before[:, 2], state[:, 2]):
             stays &= (chi > self._least[known]) & (chi < self._most[known])
-        lost = np.flatnonzero(known)[~stays]
+        self._forget(np.flatnonzero(known)[~stays])
+
+    def _forget(self, lost: NDArray[np.intp]) -> None:
+        """Points whose images contradict what is known, or whose numbers are none any more."""
         self._state[lost, 2] = self._guess[lost]
         self._excitation[lost] = 0.0
         self._known[lost] = False
@@ -191,7 +197,23 @@ def _carry(state: Array, motion: Array) -> tuple[Array, Array]:
 
 def _of_depth(information: Array) -> Array:
     """What is known of χ when x and y are not given: 1/var χ. (p, 3, 3) → (p,)."""
-    return 1 / np.linalg.inv(information)[:, 2, 2]
+    return 1 / _solve(information, np.eye(3))[:, 2, 2]
+
+
+def _solve(A: Array, b: Array) -> Array:
+    """A⁻¹ b of every point, NaN where A is singular to rounding.
+
+    A: (p, 3, 3); b: (p, 3, n), or (3, n) for all. Returns (p, 3, n).
+    """
+    b = np.broadcast_to(b, (len(A), *b.shape[-2:]))
+    try:
+        return np.asarray(np.linalg.solve(A, b), dtype=np.float64)
+    except np.linalg.LinAlgError:  # of one point at least; the others have their solution still
+        out = np.full(b.shape, np.nan)
+        for k in range(len(A)):
+            with suppress(np.linalg.LinAlgError):
+                out[k] = np.linalg.solve(A[k], b[k])
+        return out
 
 
 def _check(name: str, value: float, wanted: str) -> None:

@@ -79,5 +79,7 @@ def predictor_of(scenario: "Scenario") -> Predictor | None:
     if table.predictor == "smith":
         if table.tau_hat is None:
             latency += scenario.robot.dead_time
-        return Smith(scenario.vision.period, latency)
+        # Before the run nothing was commanded, so that no more can have acted than all of it.
+        whole_run = (scenario.frames + 1) * scenario.vision.period
+        return Smith(scenario.vision.period, min(latency, whole_run))
     return Kalman(scenario, latency)

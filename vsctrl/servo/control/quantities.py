@@ -91,15 +91,16 @@ class Measures(ABC):
         ends, z = self._ends(image, depths)
         with np.errstate(all="ignore"):
             sound = self._sound(ends, z)
-        out: Mask = sound.reshape(*sound.shape[:-2], -1)
+        whole = np.broadcast_to(sound, (*sound.shape[:-1], len(self.quantities)))
+        out: Mask = whole.reshape(*sound.shape[:-2], -1)
         return out
 
     def difference(self, s: ArrayLike, s_star: ArrayLike) -> Array:
         """s − s* (..., m), directions in (−π, π], those of an axis in (−π/2, π/2]."""
         e = np.asarray(s, dtype=np.float64) - np.asarray(s_star, dtype=np.float64)
-        turns = np.tile([quantity.turn for quantity in self.quantities], len(self.parts))
-        angle = turns > 0
-        e[..., angle] -= turns[angle] * np.ceil(e[..., angle] / turns[angle] - 0.5)
+        angle, turns = _angles(self.quantities, len(self.parts))
+        if angle.size:
+            e[..., angle] -= turns * np.ceil(e[..., angle] / turns - 0.5)
         return e
 
     def rows(self, visible: ArrayLike) -> Mask:
@@ -125,10 +126,19 @@ class Measures(ABC):
         return points[..., self.parts, :], depths[..., self.parts]
 
     def _sound(self, ends: Array, z: Array) -> Mask:
-        image = np.all(np.abs(ends) < _LARGEST, axis=(-1, -2))
-        depth = np.all((z > NEAREST) & (z < np.inf), axis=-1)
+        """Which features are usable, (..., n, q), or (..., n, 1) where they are all alike."""
+        image = (np.abs(ends) < _LARGEST).all(axis=(-1, -2))
+        depth = ((z > NEAREST) & (z < np.inf)).all(axis=-1)
         sound: Mask = np.asarray(image & depth)[..., None] & self._exists(ends)
-        return np.broadcast_to(sound, (*sound.shape[:-1], len(self.quantities)))
+        return sound
+
+
+@cache
+def _angles(quantities: tuple[Quantity, ...], parts: int) -> tuple[Places, Array]:
+    """Which of the features of so many parts are angles, and after which angle each repeats."""
+    turns = np.array([quantity.turn for quantity in quantities] * parts)
+    angle = np.flatnonzero(turns)
+    return angle, turns[angle]
 
 
 @cache

@@ -16,6 +16,7 @@ high number of degrees of freedom (IEEE ICRA 1987, pp. 1152-1159), the velocity 
 """
 
 from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +44,8 @@ SAME = 1e-6
 ROUNDING, BEYOND = 1e-12, 1e-9
 # Wrist angles (rad) within which the nearest solution is told from the start of the frame alone.
 CLEAR = 1.0
+# Up to so many poses plain arithmetic is the faster one.
+FEW = 16
 # The brakes are sought by trial: less by the margin than the last trial seemed to allow, but not by
 # more than this at once, for what a long way meets a short one may not.
 MARGIN, LEAST, TRIALS = 1e-9, 0.25, 50
@@ -84,7 +87,7 @@ class Arm:
 
         The joints' speeds ``J⁻¹ T`` against their limits and, with avoidance, the damper's.
         """
-        speed = self._gantry.rates(self.q, T, np.zeros(6))[0]
+        speed = self._gantry.speeds_one(self.q, T)
         most = self._gantry.speeds
         if self._avoidance:
             left = np.where(speed > 0, *self._left(self.q))
@@ -101,8 +104,8 @@ class Arm:
         """
         share, n = 1.0, TIMES
         for _ in range(TRIALS):
-            t = np.linspace(0.0, self._period, n + 1)[1:]
-            q = self._joints(pose @ along([p.scaled(share) for p in pieces], t))
+            tried = pieces if share == 1 else [p.scaled(share) for p in pieces]
+            q = self._joints(pose @ along(tried, _times(self._period, n)))
             if self._avoidance and n < MOST_TIMES and self._hides(q):
                 n *= TIMES
                 continue
@@ -139,7 +142,11 @@ class Arm:
     def _joints(self, wTc: Array) -> Array:
         """Joints at the poses of a frame, in order: (n, 4, 4) → (n, 6) in m and rad."""
         bTc = self._gantry.bTo @ wTc
-        out = self._gantry.nearest(bTc, np.broadcast_to(self.q, (len(bTc), 6)))
+        if len(bTc) <= FEW:
+            begin = self.q.tolist()
+            out = np.array([self._gantry.nearest_one(pose, begin) for pose in bTc])
+        else:
+            out = self._gantry.nearest(bTc, np.broadcast_to(self.q, (len(bTc), 6)))
         if np.abs(out - self.q)[:, 3:].max() < CLEAR:
             return out
         near = self.q  # the wrist has come far: each time is nearest to the one before it
@@ -153,14 +160,15 @@ class Arm:
         An arc is by an eighth of its second difference away from its chord.
         """
         course = np.concatenate([self.q[None], q])
-        arc = np.abs(np.diff(course, 2, axis=0)).max(axis=0) / 8
-        left = np.min(self._left(course), axis=(0, 1))
+        steps = course[1:] - course[:-1]
+        arc = np.abs(steps[1:] - steps[:-1]).max(axis=0) / 8
+        left = np.minimum(*self._left(course)).min(axis=0)
         return bool(((arc > self._safety / 2) & (left < 2 * arc)).any())
 
     def _admissible(self, q: Array, between: float) -> float:
         """1 if the joints of a frame's course are allowed, else how much less to try: (n, 6)."""
-        steps = np.abs(np.diff(q, axis=0, prepend=self.q[None]))
-        less = _least(self._gantry.speeds * between, steps)
+        course = np.concatenate([self.q[None], q])
+        less = _least(self._gantry.speeds * between, np.abs(course[1:] - course[:-1]))
         if self._avoidance:
             for left, used in zip(self._left(self.q), (q - self.q, self.q - q), strict=True):
                 # Within the zone a share of what is left, outside all but what the damper of a
@@ -174,6 +182,14 @@ class Arm:
         """Distances left to the upper and the lower limit, less the safety distance, (6,) each."""
         gantry = self._gantry
         return gantry.upper - q - self._safety, q - gantry.lower - self._safety
+
+
+@cache
+def _times(period: float, n: int) -> Array:
+    """The times at which a frame is judged, (n,) in s, the last of them its end."""
+    t = np.linspace(0.0, period, n + 1)[1:]
+    t.setflags(write=False)
+    return t
 
 
 def _least(most: Array, asked: Array) -> float:
