@@ -236,7 +236,6 @@ BAD = {
     "nan": (("lam = 2.5", "lam = nan"), "law.lam", "nan.*finite"),
     "infinity": (("latency = 0.08", "latency = inf"), "vision.latency", "inf.*finite"),
     "infinite duration": (("duration = 9.0", "duration = -inf"), "motion.duration", "finite"),
-    "fraction of frames": (("latency = 0.08", "latency = 0.05"), "vision.latency", "choose 0.04"),
     "printed start": (("-0.77]", "-0.077]"), "start.position", "behind the camera.*-0.77 m"),
     "unknown choice": (('"measurement"', '"measurment"'), "law.placement", "did you mean"),
     "no motion": (("V = [0.04, 0.0, 0.0]", "V = [0, 0, 0]"), "motion.V", "give motion.V"),

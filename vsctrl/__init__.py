@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from vsctrl import derive as derive
     from vsctrl import loop as loop
     from vsctrl import paper as paper
+    from vsctrl import servo as servo
     from vsctrl import study as study
     from vsctrl.diagram import Block as Block
     from vsctrl.diagram import Diagram as Diagram
@@ -54,7 +55,7 @@ _HOME = {
     "validate_all": "vsctrl.study",
     "write_report": "vsctrl.report",
 }
-_ROOMS = ("derive", "loop", "paper", "study")
+_ROOMS = ("derive", "loop", "paper", "servo", "study")
 
 __all__ = [*_HOME, *_ROOMS]
 __version__ = metadata.version("vsctrl")

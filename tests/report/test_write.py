@@ -218,8 +218,9 @@ def test_a_failure_midway_leaves_an_older_report_alone(quick, older, monkeypatch
 
 
 def test_a_bad_scenario_leaves_nothing_for_real(tmp_path):
-    with pytest.raises(InputError, match=r"^vision\.latency: "):
-        write_report(paper.sliding(latency=0.05), tmp_path / "a" / "b")
+    still = paper.sliding().with_(V=(0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match=r"^motion\.V: "):
+        write_report(still, tmp_path / "a" / "b")
     assert contents(tmp_path) == {}
 
 

@@ -268,3 +268,11 @@ def test_wrong_questions_are_refused_in_sentences():
         slowed(SLIDE, math.inf)
     with pytest.raises(InputError, match="jumps 2000 times"):
         fastest(Oscillation(START, X, 0.04, 0.1, 100.0, "triangle"))
+
+
+def test_a_speed_without_limit_leaves_the_acceleration_to_set_the_pace():
+    """0.36 m at 1 m/s²: half the way gathering speed and half losing it, 2 √(s/a) = 1.2 s."""
+    slide = translation(np.eye(4), [0.04, 0.0, 0.0], 9.0)
+    found = fastest(slide, Limits(speed=math.inf, acceleration=1.0))
+    assert found.duration == pytest.approx(1.2, rel=1e-6)
+    assert feasibility(found, Limits(speed=math.inf, acceleration=1.0)).feasible

@@ -59,6 +59,10 @@ class CrossCheck:
         """Whether every face agrees with every other."""
         return all(line.passed for line in self.lines)
 
+    def __repr__(self) -> str:
+        """The table, which is what somebody at a prompt wants to see."""
+        return str(self)
+
     def __str__(self) -> str:
         head = f"{'channel':24}{'faces':44}{'difference':>11}{'allowed':>9}"
         rows = [

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field
 import vsctrl
 from vsctrl.derive import ledger
 from vsctrl.report.verdict import Verdict
+from vsctrl.servo.results.outcome import outcome
 from vsctrl.study import Comparison, Examination, History, Row, Stability, Wave
 from vsctrl.study.statements import Statement, about
 
@@ -196,6 +197,11 @@ class ReportData(_Table):
     tracking: tuple[TrackingRow, ...] = Field(description="empty where no lag is steady")
     waves: tuple[WaveRow, ...] = Field(description="of a sine")
     histories: tuple[HistoryRow, ...] = Field(description="of all but a constant twist")
+    as_configured: dict[str, Any] | None = Field(
+        description="summary of the run with all that theory leaves out, as of vsctrl simulate "
+        "--json; null where the scenario has no more than theory"
+    )
+    beyond_theory: dict[str, Any] = Field(description="the keys that theory leaves out")
     tracking_note: str = Field(description="why there is nothing to compare; empty where there is")
     ledger: tuple[ClaimRow, ...]
     statements: tuple[StatementRow, ...] = Field(
@@ -209,7 +215,8 @@ class ReportData(_Table):
 
 def report_data(found: Examination, verdict: Verdict) -> ReportData:
     """The numbers of an examination."""
-    scenario = found.scenario
+    scenario, run = found.scenario, found.as_configured
+    own = None if run is None else outcome(run).data()
     return ReportData(
         schema=SCHEMA,
         version=vsctrl.__version__,
@@ -243,6 +250,8 @@ def report_data(found: Examination, verdict: Verdict) -> ReportData:
         tracking=_tracking(found.comparison),
         waves=tuple(_wave(one) for one in found.comparison.waves),
         histories=tuple(_history(one) for one in found.comparison.histories),
+        as_configured=own,
+        beyond_theory=scenario.beyond_theory,
         tracking_note=found.comparison.note,
         ledger=tuple(
             ClaimRow(**{name: getattr(claim, name) for name in ClaimRow.model_fields})

@@ -22,6 +22,7 @@ from vsctrl import loop
 from vsctrl.derive import ledger
 from vsctrl.report import plots
 from vsctrl.report.verdict import Verdict
+from vsctrl.servo.results.outcome import outcome
 from vsctrl.study import Examination
 from vsctrl.study.comparison import PADE_ORDER, millimetres, polar
 from vsctrl.study.curves import curves
@@ -55,6 +56,8 @@ def page(found: Examination, verdict: Verdict, command: str) -> str:
         claims=ledger(),
         counts=Counter(claim.status for claim in ledger()),
         statements=about(found.scenario),
+        own=None if found.as_configured is None else outcome(found.as_configured),
+        sampled_in_closed_form=found.stability.sampled_in_closed_form,
         command=command,
         versions=[("Python", platform.python_version())] + [(p, version(p)) for p in _PACKAGES],
     )
@@ -110,6 +113,8 @@ def _figures(found: Examination) -> dict[str, Markup]:
     if own:
         runs = (found.without_feedforward, found.with_feedforward)
         drawn["histories"] = plots.histories(found.comparison, own, runs)
+    if found.as_configured is not None:
+        drawn["own"] = plots.run_figure(found.as_configured)
     if data.locus is not None:
         drawn["locus"] = plots.root_locus(data.locus, found.stability)
     titles = {
@@ -119,6 +124,7 @@ def _figures(found: Examination) -> dict[str, Markup]:
         "responses": "Step response, Padé errors and tracking error on the ramp",
         "bode": "Bode plot of the opened loop with margins",
         "nyquist": "Nyquist plot of the opened loop",
+        "own": "The run as configured: image, errors, twist and lag",
         "locus": "Characteristic roots as the gain grows",
     }
     return {

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vsctrl.report.words import agreement, tracking
+from vsctrl.servo.results.outcome import notice, outcome
 from vsctrl.study import Examination
 
 
@@ -27,11 +28,25 @@ def verdict(found: Examination) -> Verdict:
         *tracking(found),
         *agreement(found.comparison),
         *([_headroom(found)] if stable else []),
+        *_as_configured(found),
     ]
     kind: Literal["good", "warning", "bad"] = (
         "bad" if not stable else "good" if agrees or nothing else "warning"
     )
     return Verdict(kind, tuple(sentences))
+
+
+def _as_configured(found: Examination) -> list[str]:
+    """What the scenario has that theory leaves out, and how its own run ended."""
+    run = found.as_configured
+    if run is None:
+        return []
+    names = list(found.scenario.beyond_theory)
+    listed = ", ".join(names[:-1]) + " and " + names[-1] if len(names) > 1 else names[0]
+    return [
+        f"All this is the loop of figure 1, and this scenario is more: theory leaves out {listed}. "
+        f"As configured: {notice(outcome(run))}"
+    ]
 
 
 def _unstable(found: Examination) -> str:
@@ -58,5 +73,11 @@ def _headroom(found: Examination) -> str:
         share = limits.continuous / limits.sampled - 1
         text += (
             f"; continuous-time theory, {limits.continuous:.2f} s⁻¹, promises {share:.0%} too much"
+        )
+    first, along = found.stability.ratio, found.stability.ratio_along_motion
+    if not math.isclose(first, along, rel_tol=1e-9):
+        text += (
+            f". That is the limit of the direction that shakes first, which the law's wrong depths "
+            f"or focal length leave with κ = {first:.3g}; along the motion κ is {along:.3g}"
         )
     return text + "."

@@ -52,13 +52,8 @@ class Case:
 
     @property
     def kappa(self) -> float:
-        """κ = ℓ/ℓ̂ of a translation, which a wrong depth or focal length makes other than 1.
-
-        The focal length counts where the motion is sideways; elsewhere it has no single κ.
-        """
-        if is_sideways(self.scenario):
-            return sideways_ratio(self.scenario)
-        return self.scenario.law.depth_ratio
+        """κ = ℓ/ℓ̂ along the motion."""
+        return ratio_along_motion(self.scenario)
 
     @property
     def values(self) -> dict[str, float]:
@@ -103,6 +98,14 @@ class Case:
         # e^{σt} of the rightmost root, kept from overflowing where that is right of the axis.
         smooth = math.exp(min(float(self.system.poles(1)[0].real) * seconds, 0.0))
         return max(min(held, 1.0) ** frames, smooth)
+
+
+def ratio_along_motion(scenario: Scenario) -> float:
+    """κ = ℓ/ℓ̂ of the motion, which a wrong depth or focal length makes other than 1.
+
+    The focal length counts where the motion is sideways; elsewhere it has no single κ.
+    """
+    return sideways_ratio(scenario) if is_sideways(scenario) else scenario.law.depth_ratio
 
 
 def is_sideways(scenario: Scenario) -> bool:

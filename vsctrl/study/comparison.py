@@ -132,6 +132,10 @@ class Comparison:
         """What the table of every frame allows and why."""
         return _allowances(self.histories)
 
+    def __repr__(self) -> str:
+        """The table, which is what somebody at a prompt wants to see."""
+        return str(self)
+
     def __str__(self) -> str:
         tables = [_text(table) for table in self._tables()]
         return "\n\n".join([*tables, *([self.note] if self.note else [])])
@@ -200,8 +204,7 @@ def validate(scenario: Scenario) -> Comparison:
     has a leg of a triangle, read just before it ends, if it is long enough; a sine has an error of
     its own frequency. Whatever changes its twist is also held, frame by frame, to figure 1 with its
     velocity held over a frame.
-    Errors: `InputError` where the reference has no translation, or the latency is no whole number
-    of frames.
+    Errors: `InputError` where the reference has no translation.
     """
     every = cases(scenario)
     reference = scenario.reference

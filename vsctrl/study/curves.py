@@ -99,7 +99,7 @@ def _times(found: Stability) -> Times:
     gains = {False: 0.0, True: law.k_ff or 1.0}
     channel = {on: system.with_(k_ff=k)["S_ref", "S"] for on, k in gains.items()}
     orders = PADE_ORDERS if tau else ()
-    known = {"lam": lam, "tau": tau, "kappa": law.depth_ratio}
+    known = {"lam": lam, "tau": tau, "kappa": found.ratio_along_motion}
     ramp = slope * t
     return Times(
         lam=lam,

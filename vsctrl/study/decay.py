@@ -41,7 +41,7 @@ SHARES = (0.5, 0.9)  #: of the sampled limit, besides the scenario's own gain an
 DEADBEAT = 0.05  #: modulus below which nothing is left to measure a rate of
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DecayModes(Experiment):
     """Dominant modes in rad/s, decay rate ± j frequency: W₀(−κλτ)/τ, ln z/Tₛ, and as fitted."""
 

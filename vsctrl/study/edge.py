@@ -36,7 +36,7 @@ DEPTH_RATIOS = (0.8, 1.25)
 REASON = "1e−5 of it: an offset of 1e−6 depths bends the law by as much, the fit adds 1e−7"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StabilityEdge(Experiment):
     """Gain limits λ_max in s⁻¹: π/(2κτ), 2 sin(π/(2(2d + 1)))/(κTₛ), and as it was found."""
 

@@ -13,13 +13,17 @@ from vsctrl.study.stability import Stability, stability
 
 @dataclass(frozen=True)
 class Examination:
-    """A scenario's stability, its validated tracking errors, and its runs with and without k_ff."""
+    """A scenario's stability, its validated tracking errors, and its runs with and without k_ff.
+
+    `as_configured` is the run of a scenario that has more than theory knows of, None of any other.
+    """
 
     scenario: Scenario
     stability: Stability
     comparison: Comparison
     with_feedforward: Run
     without_feedforward: Run
+    as_configured: Run | None = None
 
 
 def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: None) -> Examination:
@@ -42,4 +46,5 @@ def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: N
     progress("six-degree-of-freedom runs")
     on = simulate(scenario.with_(k_ff=scenario.law.k_ff or 1.0))
     off = simulate(scenario.with_(k_ff=0.0))
-    return Examination(scenario, found, comparison, on, off)
+    own = simulate(scenario) if scenario.beyond_theory else None
+    return Examination(scenario, found, comparison, on, off, own)

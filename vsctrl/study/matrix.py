@@ -69,7 +69,7 @@ class LagRow(Measured):
         return self.difference if math.isfinite(self.difference) else math.inf
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class MatrixLaw(Experiment):
     """Steady lags in six degrees of freedom, sizes in m: as run, by the law, and its linear part.
 

@@ -76,6 +76,10 @@ class Experiment:
         """A disagreement or what is allowed of it, in the unit of the values shown."""
         return f"{value:.1e}" if math.isfinite(value) else "–"
 
+    def __repr__(self) -> str:
+        """The table, which is what somebody at a prompt wants to see."""
+        return str(self)
+
     def __str__(self) -> str:
         body = [self._cells(row) for row in self.rows]
         table = [self._head(), *body]

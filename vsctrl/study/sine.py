@@ -43,7 +43,7 @@ class SineRow(Measured):
     feedforward: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SineResponse(Experiment):
     """E/S* of the true error: as amplitude and phase by the continuous, held, and 6-DOF loop."""
 

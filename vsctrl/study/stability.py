@@ -17,6 +17,9 @@ from numpy.typing import NDArray
 from vsctrl import loop
 from vsctrl.diagram import Ramp, Step
 from vsctrl.servo import Scenario
+from vsctrl.servo.clock import whole
+from vsctrl.study.cases import ratio_along_motion
+from vsctrl.study.trials import critical_ratio, gain_limit
 
 if TYPE_CHECKING:
     from vsctrl.diagram.channel import OpenLoop
@@ -78,10 +81,18 @@ class SecondOpinion:
 
 @dataclass(frozen=True)
 class Stability:
-    """The stability of a scenario's loop, with the systems that its plots are drawn from."""
+    """The stability of a scenario's loop, with the systems that its plots are drawn from.
+
+    Margins, limits and poles are those of the direction that is unstable first, whose κ is `ratio`:
+    a wrong depth acts on translations alone, and a wrong focal length on both. Time responses and
+    errors are those along the motion, by `motion` with κ = `ratio_along_motion`.
+    """
 
     scenario: Scenario
+    ratio: float
+    ratio_along_motion: float
     system: System
+    motion: System
     opened: OpenLoop
     margins: Margins
     second_opinion: SecondOpinion
@@ -89,6 +100,11 @@ class Stability:
     readings: tuple[Reading, ...]
     pade: tuple[PadeRow, ...]
     nulling_feedforward: float  #: k_ff that leaves no error on the ramp
+
+    @property
+    def sampled_in_closed_form(self) -> bool:
+        """Whether the sampled limits are closed forms: those of whole numbers of periods are."""
+        return whole(self.scenario.vision.latency / self.scenario.vision.period) is not None
 
     @property
     def is_stable(self) -> bool:
@@ -99,26 +115,31 @@ class Stability:
     def stable_gain(self) -> System:
         """The system itself, or at half the gain limit where it is unstable, for its responses."""
         if self.margins.stable:
-            return self.system
-        return self.system.with_(lam=self.limits.continuous / 2)
+            return self.motion
+        return self.motion.with_(lam=self.limits.continuous / 2)
 
 
 def stability(scenario: Scenario) -> Stability:
     """Margins and limits of figure 1 with a scenario's gain, latency and depth ratio."""
     law, period, tau = scenario.law, scenario.vision.period, scenario.vision.latency
-    system = loop.diagram(law.placement).at(
-        lam=law.lam, k_ff=law.k_ff, ell=law.depth_ratio, ell_hat=1.0, tau=tau
+    kappa, along = abs(critical_ratio(scenario)), ratio_along_motion(scenario)
+    system, motion = (
+        loop.diagram(law.placement).at(lam=law.lam, k_ff=law.k_ff, ell=ratio, ell_hat=1.0, tau=tau)
+        for ratio in (kappa, along)
     )
     opened = system.open("S_meas")
     limits = Limits(
-        float(loop.gain_limit(tau, kappa=law.depth_ratio)),
-        float(loop.gain_limit(tau, period=period, kappa=law.depth_ratio)),
-        float(loop.fastest_gain(tau, kappa=law.depth_ratio)),
-        float(loop.fastest_gain(tau, period=period, kappa=law.depth_ratio)),
+        gain_limit(scenario, sampled=False),
+        gain_limit(scenario),
+        float(loop.fastest_gain(tau, kappa=kappa)),
+        float(loop.fastest_gain(tau, period=period, kappa=kappa)),
     )
     return Stability(
         scenario=scenario,
+        ratio=kappa,
+        ratio_along_motion=along,
         system=system,
+        motion=motion,
         opened=opened,
         margins=opened.margins(),
         second_opinion=_second_opinion(opened),
@@ -126,7 +147,7 @@ def stability(scenario: Scenario) -> Stability:
         readings=_readings(scenario, system, limits),
         pade=_pade_rows(system, limits) if tau else (),
         nulling_feedforward=float(
-            loop.nulling_feedforward(law.placement, lam=law.lam, tau=tau, kappa=law.depth_ratio)
+            loop.nulling_feedforward(law.placement, lam=law.lam, tau=tau, kappa=along)
         ),
     )
 
@@ -159,7 +180,7 @@ def _readings(scenario: Scenario, system: System, limits: Limits) -> tuple[Readi
 
 def _reading(label: str, lam: float, scenario: Scenario, system: System, limits: Limits) -> Reading:
     margins = system.with_(lam=lam).open("S_meas").margins()
-    kappa, speed = scenario.law.depth_ratio, scenario.speed
+    kappa, speed = ratio_along_motion(scenario), scenario.speed
     error: Any = loop.tracking_error(
         Ramp(speed),
         scenario.law.placement,

@@ -45,6 +45,10 @@ class Summary:
         """The summary as JSON text."""
         return json.dumps(asdict(self), indent=2, ensure_ascii=False)
 
+    def __repr__(self) -> str:
+        """The table, which is what somebody at a prompt wants to see."""
+        return str(self)
+
     def __str__(self) -> str:
         verdict = "stable" if self.stable else f"UNSTABLE, {self.unstable_roots} roots on the right"
         if self.stable_as_sampled is not None:

@@ -30,7 +30,7 @@ class SteadyError(Measured):
         return max(known) - min(known)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SteadyErrors(Experiment):
     """Steady errors of a ramp in m, positive ahead and negative behind, one row a remedy."""
 
@@ -45,21 +45,21 @@ class SteadyErrors(Experiment):
         return super().distance(1e3 * value)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TrueErrors(SteadyErrors):
     """Of the camera from its reference of now."""
 
     title: ClassVar[str] = "steady true error on a ramp, mm, + ahead, − behind"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SeenErrors(SteadyErrors):
     """Of what the law compares, which may be late, early or predicted."""
 
     title: ClassVar[str] = "the error that the law sees meanwhile, mm"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RemedyLimits(Experiment):
     """Gain limits in s⁻¹ over all directions of M = L̂⁺L, one row a remedy."""
 
@@ -145,6 +145,10 @@ class Remedies:
             "remedies": [_data(row) for row in self.rows],
             "notes": list(self.notes),
         }
+
+    def __repr__(self) -> str:
+        """The table, which is what somebody at a prompt wants to see."""
+        return str(self)
 
     def __str__(self) -> str:
         tables = (self.errors, self.seen, self.limits)

@@ -135,6 +135,12 @@ def ratios(scenario: Scenario) -> tuple[complex, ...]:
     return tuple(kind.ratio for kind in kinds(scenario))
 
 
+def critical_ratio(scenario: Scenario) -> complex:
+    """The κ of the direction that is unstable first, as sampled."""
+    late, period = scenario.vision.latency, scenario.vision.period
+    return min(ratios(scenario), key=lambda mu: loop.gain_limit(late, period=period, kappa=mu))
+
+
 def gain_limit(scenario: Scenario, *, sampled: bool = True) -> float:
     """λ (s⁻¹) from which on the loop is unstable in some direction, held over a frame or not."""
     period = scenario.vision.period if sampled else None

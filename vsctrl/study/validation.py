@@ -43,6 +43,10 @@ class Validation:
         """Whether nothing disagrees."""
         return all(part.agrees is not False for part in self.parts)
 
+    def __repr__(self) -> str:
+        """The table, which is what somebody at a prompt wants to see."""
+        return str(self)
+
     def __str__(self) -> str:
         missing = [f"{name} left out: {why}" for name, why in self.left_out.items()]
         return "\n\n".join([*map(str, self.parts), *missing, self._verdict])

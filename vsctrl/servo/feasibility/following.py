@@ -145,6 +145,22 @@ class Feasibility:
                 return reading
         raise KeyError(f"{name!r}; the limits are {', '.join(r.name for r in self.readings)}")
 
+    def __repr__(self) -> str:
+        """A table of the limits, and what is wrong or which limit is nearest."""
+        rows = [("limit of", "most asked", "limit", "share", "at")]
+        rows += [
+            (
+                r.name,
+                f"{r.value:.4g}",
+                f"{r.limit:.4g} {r.unit}",
+                f"{100 * r.share:.3g} %",
+                f"{r.t:.4g} s{'' if r.ok else '  not kept'}",
+            )
+            for r in self.readings
+        ]
+        table = [f"{a:<24}{b:>12}{c:>16}{d:>10}   {e}" for a, b, c, d, e in rows]
+        return "\n".join([*table, *self.sentences])
+
     def _repr_html_(self) -> str:
         """A table of the limits for notebooks."""
         rows = "".join(

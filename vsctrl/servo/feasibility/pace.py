@@ -70,7 +70,9 @@ def fastest_pace(
     h = np.diff(sigma)
     between = _at(moving, sigma, BETWEEN)
     asked = Moving(*(part[:, :, ::2] for part in between))
-    uniform = max(_size(asked.v_speed).max() ** 2, _size(asked.a_acceleration).max())
+    # At x = 1/uniform some limit is met: of speed, of an even pace, or of gathering speed.
+    gathering = _size(asked.v_acceleration).max() / (sigma[-1] - sigma[0])
+    uniform = max(_size(asked.v_speed).max() ** 2, _size(asked.a_acceleration).max(), gathering)
     if not uniform > 0:
         return None
     most = MOST_RATE**2 / uniform

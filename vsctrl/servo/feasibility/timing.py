@@ -225,5 +225,6 @@ def _assembled(trajectory: Trajectory, demands: Demands, rest: bool, cells: int)
 
 
 def _moves(moving: Callable[[Array], Moving], sigma: float) -> bool:
-    """Whether the twist at a parameter is more than rounding."""
-    return bool(np.abs(moving(np.array([sigma])).v_speed).max() > STILL)
+    """Whether the twist at a parameter is more than rounding, where a limit asks for it at all."""
+    asked = moving(np.array([sigma]))
+    return bool(max(np.abs(asked.v_speed).max(), np.abs(asked.v_acceleration).max()) > STILL)

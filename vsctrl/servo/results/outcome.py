@@ -110,6 +110,10 @@ class Outcome:
             "settled": self.settled,
         }
 
+    def __repr__(self) -> str:
+        """The table, which is what somebody at a prompt wants to see."""
+        return str(self)
+
     def __str__(self) -> str:
         """A table to print."""
         rows = [

@@ -73,7 +73,8 @@ class Run:
     (n, p) in m. visible: (n, p), which points the image shows; the image of a point behind the
     camera is kept from when it was last in front. status: how it ended; events: what it went on
     in spite of. joints: (n, 6) in m and rad, of a gantry. depth_estimate: (n, p) in m, and
-    excitation: (n, p) without unit, of the depth observer (see ``control.observer``).
+    excitation: (n, p) without unit, of the depth observer (see ``control.observer``), both of the
+    image that the law was shown at the frame, which is as old as the latency.
     """
 
     scenario: Scenario
@@ -155,6 +156,14 @@ class Run:
         from vsctrl.servo.results.dataset import dataset
 
         return dataset(self)
+
+    def __repr__(self) -> str:
+        """One line, whatever the number of frames."""
+        name, end = self.scenario.name, self.t[-1] if len(self.t) else 0.0
+        return (
+            f"<Run of {name} ({self.scenario.digest}): {len(self.t)} frames to t = {end:g} s, "
+            f"{self.status.kind}>"
+        )
 
     def _repr_html_(self) -> str:
         """A small table of the run's end and a picture of its course, for notebooks."""

@@ -171,6 +171,17 @@ class Scenario(Table):
         )
 
     @property
+    def beyond_theory(self) -> dict[str, Any]:
+        """What this scenario has and its ideal has not, by dotted names of its keys."""
+        own, ideal = self.model_dump(), self.ideal.model_dump()
+        return {
+            f"{table}.{name}": value
+            for table in TABLES
+            for name, value in own[table].items()
+            if value != ideal[table][name]
+        }
+
+    @property
     def digest(self) -> str:
         """First 12 hex digits of the SHA-256 of the canonical JSON: same digits, same run.
 

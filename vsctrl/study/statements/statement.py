@@ -120,6 +120,10 @@ class Statements:
         counts = [f"{number} {words[verdict]}" for verdict, number in self.counts.items() if number]
         return f"Of {len(self)} statements of the paper, " + ", ".join(counts) + "."
 
+    def __repr__(self) -> str:
+        """The table, which is what somebody at a prompt wants to see."""
+        return str(self)
+
     def __str__(self) -> str:
         return "\n".join([*map(str, self.rows), self.summary])
 
