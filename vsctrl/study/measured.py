@@ -89,7 +89,7 @@ class Experiment:
             texts = [cells[0].ljust(widths[0])]
             texts += [text.rjust(width) for text, width in zip(cells[1:6], widths[1:], strict=True)]
             lines.append("  ".join([*texts, cells[6].ljust(8), cells[7]]).rstrip())
-        return "\n".join([self.title, *lines])
+        return "\n".join([self.title, *lines, *self._foot()])
 
     def _repr_html_(self) -> str:
         def line(tag: str, cells: list[str]) -> str:
@@ -97,15 +97,30 @@ class Experiment:
 
         body = "".join(line("td", self._cells(row)) for row in self.rows)
         caption = f"<caption>{escape(self.title)}</caption>"
-        return f"<table>{caption}{line('th', self._head())}{body}</table>"
+        foot = "".join(f"<p>{escape(text)}</p>" for text in self._foot())
+        return f"<table>{caption}{line('th', self._head())}{body}</table>{foot}"
+
+    @property
+    def _reason(self) -> str:
+        """Where what is allowed comes from, if that is the same in all rows; else empty."""
+        found = {row.reason for row in self.rows}
+        return found.pop() if len(found) == 1 and len(self.rows) > 1 else ""
 
     def _head(self) -> list[str]:
-        return ["case", *self.columns, "disagreement", "allowed", "", "since"]
+        noted = not self._reason or any(row.note for row in self.rows)
+        last = ("note" if self._reason else "since") if noted else ""
+        return ["case", *self.columns, "disagreement", "allowed", "", last]
+
+    def _foot(self) -> list[str]:
+        if not self._reason:
+            return []
+        unmeasured = all(row.simulated is None for row in self.rows)
+        return [f"{self.columns[2] if unmeasured else 'Allowed since'}: {self._reason}."]
 
     def _cells(self, row: Measured) -> list[str]:
         values = [self.shown(value) for value in (row.predicted, row.exact, row.simulated)]
-        mark = "agree" if row.agrees else "DISAGREE"
-        why = "; ".join(filter(None, (row.note, row.reason)))
+        mark = "DISAGREE" if not row.agrees else "" if row.simulated is None else "agree"
+        why = "; ".join(filter(None, (row.note, "" if self._reason else row.reason)))
         texts = [*values, self.distance(row.disagreement), self.distance(row.allowed)]
         return [row.case, *(text.replace("-", "−") for text in texts), mark, why]
 
