@@ -15,7 +15,7 @@ from vsctrl.servo import clock, faults
 from vsctrl.servo.control.controller import Controller, PoseController, Shown, controller
 from vsctrl.servo.control.plan import Plan
 from vsctrl.servo.faults import Faults
-from vsctrl.servo.plant.camera import NEAREST, Camera
+from vsctrl.servo.plant.camera import NEAREST
 from vsctrl.servo.plant.capability import Capability
 from vsctrl.servo.plant.carrier import Carrier
 from vsctrl.servo.plant.robot import Gantry
@@ -44,8 +44,6 @@ def simulate(scenario: "Scenario") -> Run:
     Frame k at ``t_k = k Tₛ``; the twist of frame k is held over [t_k, t_k+1] and the pose follows
     as ``oTc · exp(T Tₛ)``, where robot and latency leave it so. Returns a Run with the frames 0..N,
     or fewer after a failure.
-    Raises InputError where the beliefs of the scenario put its reference behind the camera, or
-    the features of its law do not exist.
     """
     loop = _Loop(scenario)
     # Numbers that overflow are caught by the checks of every frame, in sentences.
@@ -62,17 +60,11 @@ class _Loop:
     def __init__(self, scenario: "Scenario") -> None:
         vision, t = scenario.vision, scenario.t
         ages = clock.delays(scenario.law.placement, vision.latency / vision.period)
-        size = scenario.camera.size_px
         self.t = t
         self.target = Target(
             np.array(scenario.target.points), np.array(scenario.target.drift), scenario.target.sway
         )
-        self.eye = Eye(
-            Camera(scenario.camera.Fx, scenario.camera.Fy),
-            self.target.points,
-            scenario.camera.k1,
-            None if size is None else np.array(size) / 2,
-        )
+        self.eye = Eye.of(scenario)
         self.plan = Plan.of(scenario, self.eye, t, ages)
         self.schedule = Schedule.of(vision, t, len(self.target.points), ages.measured)
         self.controller: Controller = controller(scenario, self.plan, t)

@@ -16,6 +16,7 @@ from vsctrl.servo.plant.camera import NEAREST, Camera
 from vsctrl.servo.plant.lens import distorted
 
 if TYPE_CHECKING:
+    from vsctrl.servo.scenario import Scenario
     from vsctrl.servo.scenario.experiment import VisionTable
 
 Array = NDArray[np.float64]
@@ -46,6 +47,17 @@ class Eye:
     points: Array
     k1: float = 0.0
     half: Array | None = None
+
+    @classmethod
+    def of(cls, scenario: "Scenario") -> "Eye":
+        """The eye of a scenario."""
+        camera, size = scenario.camera, scenario.camera.size_px
+        return cls(
+            Camera(camera.Fx, camera.Fy),
+            np.array(scenario.target.points),
+            camera.k1,
+            None if size is None else np.array(size) / 2,
+        )
 
     def look(self, oTc: Array, before: Array) -> Sight:
         """The image from oTc (4, 4); before: (2p,), what to show of points behind the camera."""

@@ -7,14 +7,21 @@ happens in the closed loop cannot be known beforehand and is a status of the run
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo.clock import WHOLE
+from vsctrl.errors import InputError
+from vsctrl.servo.clock import WHOLE, delays
+from vsctrl.servo.control.plan import Plan
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.plant.camera import NEAREST, Camera
+from vsctrl.servo.plant.vision import Eye
 from vsctrl.servo.pose import exp
+
+if TYPE_CHECKING:
+    from vsctrl.servo.scenario.whole import Scenario
 
 Array = NDArray[np.float64]
 Problem = tuple[str, str]
@@ -72,24 +79,27 @@ def start_problems(points: Array, position: Array, oTc0: Array, offset: Array) -
         )
 
 
-def image_problems(
-    camera: Camera, size: tuple[float, float], points: Array, oTc: Array
-) -> Iterator[Problem]:
-    """A sentence about an image that shows fewer than three points at the true start.
+def image_problems(scenario: "Scenario", oTc: Array) -> Iterator[Problem]:
+    """A sentence about an image that shows fewer than three points at the true start, oTc (4, 4).
 
-    size: width and height in px; points: (n, 3) in m; oTc: (4, 4), all points in front of it.
+    All points lie in front of it; an image without a border, and a run that goes on without
+    points, has no such problem.
     """
-    image = camera.view(oTc, points).features.reshape(-1, 2)
-    outside = np.flatnonzero((np.abs(image) > np.array(size) / 2).any(axis=1))
-    if len(points) - outside.size < FEWEST_POINTS:
-        i = int(outside[0])
-        yield (
-            "camera.size_px",
-            f"{size[0]:g} × {size[1]:g} px show {len(points) - outside.size} points at the start, "
-            f"and {FEWEST_POINTS} are needed: point {i + 1} is at ({image[i, 0]:.4g}, "
-            f"{image[i, 1]:.4g}) px from the centre; enlarge the image, start elsewhere, or set "
-            'faults.on_lost = "continue"',
-        )
+    size = scenario.camera.size_px
+    if size is None or scenario.faults.on_lost == "continue":
+        return
+    eye = Eye.of(scenario)
+    image, _, visible = eye.look(oTc, np.zeros(2 * len(eye.points)))
+    if visible is None or visible.sum() >= FEWEST_POINTS:
+        return
+    i = int(np.argmin(visible))
+    X, Y = image[2 * i : 2 * i + 2]
+    yield (
+        "camera.size_px",
+        f"{size[0]:g} × {size[1]:g} px show {visible.sum()} points at the start, and "
+        f"{FEWEST_POINTS} are needed: point {i + 1} is at ({X:.4g}, {Y:.4g}) px from the centre; "
+        'enlarge the image, start elsewhere, or set faults.on_lost = "continue"',
+    )
 
 
 def path_problems(
@@ -107,6 +117,23 @@ def path_problems(
         if field != "motion.V":
             remedy = "the motion or choose another one"
         yield (field, f"at t = {t[k]:g} s of the reference {_behind(depths[k])}; shorten {remedy}")
+
+
+def plan_problems(scenario: "Scenario") -> Iterator[Problem]:
+    """A sentence about a reference image s*(t) that cannot be computed as the scenario has it.
+
+    Where it is taken at the frames and with the true camera, ``path_problems`` has seen to that.
+    """
+    law, vision = scenario.law, scenario.vision
+    ages = delays(law.placement, vision.latency / vision.period)
+    early = law.preview or law.preview_ff or ages.reference
+    if not early and scenario.reference_image == type(scenario.reference_image)():
+        return
+    try:
+        Plan.of(scenario, Eye.of(scenario), scenario.t, ages)
+    except InputError as error:
+        field, _, sentence = str(error).partition(": ")
+        yield field, sentence.rstrip(".")
 
 
 def _depths(oTc: Array, points: Array) -> Array:

@@ -17,7 +17,6 @@ from pydantic import BeforeValidator, Field, model_validator
 from vsctrl.errors import InputError
 from vsctrl.servo.clock import WHOLE
 from vsctrl.servo.motion.trajectory import ConstantScrew, Trajectory
-from vsctrl.servo.plant.camera import Camera
 from vsctrl.servo.pose import exp, from_euler_xyz
 from vsctrl.servo.scenario import fields, toml
 from vsctrl.servo.scenario.checks import (
@@ -25,6 +24,7 @@ from vsctrl.servo.scenario.checks import (
     frame_problems,
     image_problems,
     path_problems,
+    plan_problems,
     start_problems,
 )
 from vsctrl.servo.scenario.contradictions import contradictions
@@ -91,10 +91,8 @@ class Scenario(Table):
         if not problems:
             what = "motion.V" if self.motion.kind == "screw" else "motion"
             problems += path_problems(points, reference, self.t, what)
-        size = self.camera.size_px
-        if not problems and size is not None and self.faults.on_lost == "end":
-            camera = Camera(self.camera.Fx, self.camera.Fy)
-            problems += image_problems(camera, size, points, reference.oTc0 @ exp(offset))
+        if not problems:
+            problems += [*plan_problems(self), *image_problems(self, reference.oTc0 @ exp(offset))]
         if problems:
             raise fields.FieldsError(problems)
         return self
