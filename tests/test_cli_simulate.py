@@ -3,8 +3,10 @@
 import json
 import os
 import re
+import subprocess
 import sys
 from importlib.metadata import version
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -190,3 +192,32 @@ def test_bad_scenarios_are_sentences_and_leave_nothing(here):
 def test_help_names_the_way_to_a_scenario(here):
     result = call("--help")
     assert "vsctrl scenario NAME > mine.toml" in " ".join(result.stdout.split())
+
+
+def test_another_spelling_of_the_scenario_is_the_scenario(short):
+    (short / "short.png").write_bytes((short / "short.toml").read_bytes())
+    before = (short / "short.png").read_bytes()
+    result = call("short.png", "--plot", f"../{short.name}/short.png")
+    assert_refused(result, "is the file of the scenario, too")
+    assert (short / "short.png").read_bytes() == before
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_a_full_disk_is_one_sentence():
+    program = "from vsctrl.cli import main; main()"
+    shell = f"{sys.executable} -c '{program}' scenario > /dev/full"
+    result = subprocess.run(shell, shell=True, capture_output=True, text=True, check=False)
+    assert result.returncode == 1 and "Traceback" not in result.stderr
+    assert result.stderr.startswith("vsctrl: the output cannot be written (No space left")
+
+
+def test_a_run_that_goes_away_slowly_is_not_called_settled(here):
+    """A robot that may not go as fast as its reference falls behind, 1 cm every second."""
+    paper.sliding().with_(speed_limit=0.03).save(here / "slow.toml")
+    result = call("slow.toml")
+    assert "still growing at the end" in result.stdout
+    assert json.loads(call("slow.toml", "--json").stdout)["settled"] is False
+    assert json.loads(call("--json").stdout)["settled"] is True
+    for waveform in ("sine", "triangle"):  # what comes and goes has settled
+        paper.oscillation(waveform).save(here / "to_and_fro.toml")
+        assert json.loads(call("to_and_fro.toml", "--json").stdout)["settled"] is True

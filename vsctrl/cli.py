@@ -6,7 +6,9 @@ ends in one sentence on stderr and exit code 2.
 
 from __future__ import annotations
 
+import os
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +30,16 @@ class _Commands(click.Group):
             ctx.exit(2)
         except LimitError as error:
             click.echo(f"vsctrl: {error}", err=True)
+            ctx.exit(1)
+        except BrokenPipeError:
+            raise  # a reader that has seen enough, which click answers quietly
+        except OSError as error:
+            if error.filename is not None:
+                raise
+            # What is left to write would fail again when Python ends: it goes nowhere instead.
+            with suppress(OSError, ValueError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            click.echo(f"vsctrl: the output cannot be written ({error.strerror}).", err=True)
             ctx.exit(1)
 
 
@@ -200,15 +212,24 @@ _SUFFIXES = {"--out": (".npz",), "--plot": (".png", ".svg", ".pdf"), "--animate"
 def _targets(scenario: Path | None, wanted: dict[str, Path | None]) -> dict[str, Path]:
     """The files to write, by option, none of which is another one or could not be written."""
     files = {option: path for option, path in wanted.items() if path is not None}
-    taken: dict[Path, str] = {} if scenario is None else {scenario.absolute(): "the scenario"}
+    taken: dict[Path, str] = {} if scenario is None else {_resolved(scenario): "the scenario"}
     for option, path in files.items():
         problem = _problem(path, _SUFFIXES[option])
-        if not problem and path.absolute() in taken:
-            problem = f"is the file of {taken[path.absolute()]}, too; give each a name of its own"
+        real = _resolved(path)
+        if not problem and real in taken:
+            problem = f"is the file of {taken[real]}, too; give each a name of its own"
         if problem:
             raise InputError(f"{option}: {str(path)!r} {problem}.")
-        taken[path.absolute()] = option
+        taken[real] = option
     return files
+
+
+def _resolved(path: Path) -> Path:
+    """The file behind a path, however it is spelt; the path itself where there can be none."""
+    try:
+        return path.resolve()
+    except (OSError, RuntimeError, ValueError):
+        return path
 
 
 def _problem(path: Path, suffixes: tuple[str, ...]) -> str:

@@ -128,7 +128,10 @@ class Camera:
         self.stretches.append((t, pose, twist, aim, T))
 
     def held(self, t0, t1):
-        """Whether anything that was in force between two times was held back."""
+        """Whether anything that was in force between two times was held back, or is not set yet."""
+        aim, wanted = self.state(t1)[2], self.stretches[-1][4]
+        if not np.allclose(aim, wanted, atol=1e-11):
+            return True
         ends = [*(begin for begin, _ in self.scaled), np.inf][1:]
         return any(
             scaled and begin < t1 - 1e-9 and end > t0 + 1e-9
@@ -227,9 +230,7 @@ def run(scenario, motion=None):  # noqa: C901 - one frame after the other, in on
     if tau_hat is None:
         tau_hat = tau + scenario.robot.dead_time
 
-    frames, commands, first, summed = [], [], None, np.zeros(2 * p)
-    if law.scheme == "pose":
-        summed = np.zeros(6)
+    frames, commands, first, summed = [], [], None, np.zeros(6)
     exposed, shown, L_first, number = 0.0, None, None, 0
     for k in range(N + 1):
         # 1. The image that is shown.
@@ -261,6 +262,7 @@ def run(scenario, motion=None):  # noqa: C901 - one frame after the other, in on
             known = constant if law.depth == "constant" else Z
             s_star = plan.s(at_error)
             Z_star = seen(scenario, motion(at_error)[0])[:, 2]
+            Z_star = constant if law.depth == "constant" else Z_star
             current = interaction(F_hat, image + c, rho * known)
             desired = interaction(F_hat, s_star + c, rho * Z_star)
             L_first = current if L_first is None else L_first
@@ -279,19 +281,21 @@ def run(scenario, motion=None):  # noqa: C901 - one frame after the other, in on
         held = camera.held(t[k] - Ts, t[k])
         first = e if first is None else first
         used = e if law.smooth is None else e - first * np.exp(-law.smooth * t[k])
-        if law.T_i is not None:
-            summed = summed if held else summed + used * Ts
-            used = used + summed / law.T_i
+        rows = np.repeat(visible, 2)
+        if law.T_i is not None and not held:
+            pulled = np.linalg.pinv(L[rows]) @ used[rows] if law.scheme == "image" else used
+            summed = summed + pulled * Ts
+        integral = 0.0 if law.T_i is None else summed / law.T_i
         lam = law.lam
         if law.lam_zero is not None:
             span = law.lam_zero - lam
             lam = span * np.exp(-law.lam_slope / span * np.abs(e).max()) + lam
         if law.scheme == "image":
-            rows = np.repeat(visible, 2)
             demand = law.k_ff * plan.rate(at_rate) - lam * used
-            T = np.linalg.pinv(L[rows]) @ demand[rows]
+            T = np.linalg.pinv(L[rows]) @ demand[rows] - lam * integral
         else:
-            T = law.k_ff * carried(np.linalg.inv(away), plan.twist(at_rate)) - lam * used
+            forward = law.k_ff * carried(np.linalg.inv(away), plan.twist(at_rate))
+            T = forward - lam * (used + integral)
         commands.append(T)
 
         # 4. The motion.

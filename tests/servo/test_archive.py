@@ -40,27 +40,33 @@ def filled(run: Run) -> Run:
         joints=rng.standard_normal((n, 6)),
         depth_estimate=rng.uniform(0.5, 1, (n, p)),
         excitation=-0.0 * np.ones((n, p)),
-        measured_error=rng.standard_normal((n, 3)),
     )
+
+
+HOME = (0.0, 0.0, 0.0, 0.0, 0.5, 0.0)
 
 
 RUNS = {
     "short": lambda: simulate(slide(noise_px=0.5, seed=3, name=HOSTILE)),
     "failed": lambda: simulate(paper.sliding(lam=22.0)),
-    "filled": lambda: filled(simulate(slide())),
-    "gantry": lambda: simulate(
-        slide(carrier="gantry", joints=(0.0, 0.0, 0.0, 0.0, 0.5, 0.0), speed_limit=0.045)
+    "filled": lambda: filled(
+        simulate(slide(carrier="gantry", joints=HOME, depth="estimated", features="segments"))
     ),
+    "pose": lambda: simulate(slide(scheme="pose")),
+    "rank loss at the last frame": lambda: one_frame(simulate(slide(duration=0.04)), 2),
+    "gantry": lambda: simulate(slide(carrier="gantry", joints=HOME, speed_limit=0.045)),
     "depth": lambda: simulate(slide(depth="estimated", features="segments")),
     "one frame": lambda: one_frame(simulate(slide())),
     "oscillation": lambda: simulate(paper.oscillation("sine").with_(duration=1.0)),
 }
 
 
-def one_frame(run: Run) -> Run:
+def one_frame(run: Run, frames: int = 1) -> Run:
+    """The run as if it had lost rank in its first frame, or another one."""
     arrays = {name: getattr(run, name) for name in COLUMNS}
-    first = {name: value[:1] for name, value in arrays.items() if value is not None}
-    return dataclasses.replace(run, status=Status(False, "rank loss", 0, "It ended."), **first)
+    first = {name: v[:frames] for name, v in arrays.items() if v is not None}
+    status = Status(False, "rank loss", frames - 1, "It ended.")
+    return dataclasses.replace(run, status=status, **first)
 
 
 @pytest.fixture(params=RUNS)
@@ -230,7 +236,39 @@ REFUSALS = {
     "integers": (lambda r: {"command": np.ones((4, 6), int)}, "command: int64"),
     "single": (lambda r: {"command": np.ones((4, 6), np.float32)}, "command: float32"),
     "not bool": (lambda r: {"visible": np.ones((4, 4))}, "visible: float64.*bool"),
-    "joints": (lambda r: {"joints": np.ones((4, 5))}, r"joints: .*\(4, 5\)"),
+    "joints": (lambda r: {"joints": np.ones((4, 6))}, "joints: a run of this scenario has none"),
+    "estimates": (
+        lambda r: {"depth_estimate": np.ones((4, 4))},
+        "depth_estimate: a run of this .* none",
+    ),
+    "no rotation": (lambda r: {"pose": 0 * r.pose}, "pose: at frame 0 this is no rigid motion"),
+    "stretched": (
+        lambda r: {"reference_pose": r.reference_pose * np.array([1, 1, 1 + 1e-5, 1])},
+        "reference_pose: at frame 0 this is no rigid motion",
+    ),
+    "mirrored": (
+        lambda r: {"pose": r.pose * np.array([1, -1, 1, 1])},
+        "pose: .*no rigid motion",
+    ),
+    "last row": (dented("pose", 2.0), "pose: at frame 3 this is no rigid motion"),
+    "seen from behind": (
+        dented("depths", -1.0),
+        "depths: at frame 3 point 4 is visible and not in front",
+    ),
+    "no distance": (dented("depths", 0.0), "depths: at frame 3 point 4 is visible"),
+    "other features": (
+        lambda r: {"measured_error": np.zeros((4, 3))},
+        r"measured_error: .*\(4, 3\).*\(4, 8\)",
+    ),
+    "completed before": (changed("status", frame=2), 'with the status "completed" at frame 2'),
+    "failed elsewhere": (
+        changed("status", ok=False, kind="rank loss", frame=1),
+        '4 frames of 4 do not go with the status "rank loss" at frame 1',
+    ),
+    "failed unseen": (
+        changed("status", ok=False, kind="diverged", frame=3),
+        "4 frames of 4 do not go with",
+    ),
     "other times": (lambda r: {"t": r.t + 1e-9}, "t: these are not the frames"),
     "text as t": (lambda r: {"t": np.array("0")}, "t: "),
     "no frames": (
@@ -269,6 +307,31 @@ def test_whatever_is_wrong_in_a_file_is_one_sentence(small, tmp_path, name):
     change, pattern = REFUSALS[name]
     rewrite(small, tmp_path / "run.npz", change(small))
     refused(tmp_path / "run.npz", pattern)
+
+
+def test_arrays_that_a_scenario_needs_are_missed_and_measured(tmp_path):
+    path = tmp_path / "run.npz"
+    run = RUNS["filled"]()
+    rewrite(run, path, {"joints": None})
+    refused(path, "'joints' is missing")
+    rewrite(run, path, {"excitation": None})
+    refused(path, "'excitation' is missing")
+    rewrite(run, path, {"joints": run.joints[:, :5]})
+    refused(path, r"joints: .*\(11, 5\).*\(11, 6\)")
+    # Four sides of four features each, and six of a pose.
+    rewrite(run, path, {"measured_error": run.measured_error[:, :8]})
+    refused(path, r"\(11, 8\).*\(11, 16\)")
+    run = RUNS["pose"]()
+    rewrite(run, path, {"measured_error": run.error})
+    refused(path, r"\(11, 8\).*\(11, 6\)")
+
+
+def test_a_point_that_is_not_seen_may_lie_behind_the_camera(small, tmp_path):
+    depths, visible = small.depths.copy(), small.visible.copy()
+    depths[2, 1], visible[2, 1] = -1.0, False
+    hidden = dataclasses.replace(small, depths=depths, visible=visible)
+    hidden.save(tmp_path / "run.npz")
+    assert_same(hidden, Run.load(tmp_path / "run.npz"))
 
 
 def test_files_that_are_none_are_one_sentence(small, tmp_path):
@@ -371,11 +434,9 @@ def test_a_dataset_is_asked_by_name_and_time():
 
 def test_an_error_in_other_features_has_a_dimension_of_its_own():
     run = RUNS["filled"]()
-    other = run.scenario.with_(features="segments")
-    run = dataclasses.replace(run, scenario=other)
     found = run.to_xarray()
     assert found.measured_error.dims == ("frame", "measured")
-    assert found.sizes["measured"] == 3 and "px" not in found.measured_error.attrs["units"]
+    assert found.sizes["measured"] == 16 and "px" not in found.measured_error.attrs["units"]
 
 
 def test_a_dataset_can_be_written_as_netcdf(run, tmp_path):

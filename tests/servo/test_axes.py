@@ -139,6 +139,27 @@ def test_axes_that_reach_their_aim_hold_exactly_that():
     assert ramp.span == pytest.approx(max(np.linalg.norm(A[:3]) / 0.9, np.linalg.norm(A[3:]) / 4))
 
 
+def test_axes_are_short_of_a_twist_only_while_acceleration_keeps_them_from_it():
+    # From rest to A takes max(|A_V|/a, |A_Ω|/α) = 0.4157 s, and the last span wanted decides.
+    needed = max(np.linalg.norm(A[:3]) / 0.9, np.linalg.norm(A[3:]) / 4)
+    for spans, short in (
+        ([0.99 * needed], True),
+        ([needed], False),
+        ([0.5 * needed] * 2, False),
+        ([1.01 * needed], False),
+    ):
+        axes = Axes(Capability(**LIMITS, time_constant=0.3))
+        axes.follow([(span, A) for span in spans])
+        assert axes.short is short, spans
+    axes.follow([(0.001, B), (2.0, A)])
+    assert not axes.short
+    axes.follow([(2.0, A), (0.001, B)])
+    assert axes.short
+    lagging = Axes(Capability(time_constant=5.0))
+    lagging.follow([(0.01, A)])
+    assert not lagging.short
+
+
 def test_a_lag_ends_where_nothing_is_left_of_it():
     axes = Axes(Capability(time_constant=0.01))
     axes.follow([(0.5, A)])

@@ -17,6 +17,7 @@ from vsctrl.servo.plant.carrier import Capability, Carrier
 from vsctrl.servo.plant.robot import Gantry
 from vsctrl.servo.pose import exp_one, from_euler_xyz
 from vsctrl.servo.scenario import checks
+from vsctrl.servo.scenario.whole import COMMENTS
 
 PERIOD = 0.04
 START = from_euler_xyz([0.1, -0.2, -0.8], [20.0, -35.0, 50.0])
@@ -246,6 +247,33 @@ def test_the_path_is_continuous_and_passes_through_the_frames(options, delay):
         np.testing.assert_allclose(camera.at(t), camera.pose, atol=1e-14)
         # 2 nm and nrad: what at most 1 m/s, rad/s make of a nanosecond on a 1 m lever.
         np.testing.assert_allclose(camera.at(t - 1e-9), camera.pose, atol=2e-9)
+
+
+@pytest.mark.parametrize("tau", [0.0, 0.2])
+def test_frames_that_acceleration_leaves_short_are_held_back(tau):
+    # 0.1 m/s at 0.6 m/s² take 1/6 s: four frames of 40 ms and a sixth of the fifth.
+    T = np.array([0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
+    capability = Capability(acceleration=0.6, time_constant=tau)
+    camera = Carrier(START, PERIOD, 8, capability=capability)
+    held = []
+    for _ in range(8):
+        camera.move(T)
+        held.append(camera.held)
+    assert held == [True] * 4 + [False] * 4
+    assert camera.saturated.tolist() == held
+
+
+def test_what_is_felt_on_a_circle_at_constant_twist_is_no_acceleration_of_the_axes():
+    # 0.05 m/s and 1 rad/s: |Ω × V| = 0.05 m/s², five times the limit of |V'|.
+    T = np.array([0.05, 0, 0, 0, 1.0, 0])
+    camera = moved([T] * 200, capability=Capability(acceleration=0.01))
+    assert not camera.saturated[-60:].any()
+    np.testing.assert_array_equal(camera.twists[-60:], np.tile(T, (60, 1)))
+    h, t = 0.01, 190 * PERIOD
+    x = np.array([camera.at(t + k * h)[:3, 3] for k in (-1, 0, 1)])
+    felt = np.linalg.norm(x[0] - 2 * x[1] + x[2]) / h**2
+    assert felt == pytest.approx(0.05, rel=h**2)  # a twelfth of h² is left of the fourth order
+    assert "components in the camera frame" in COMMENTS["robot.acceleration_limit"]
 
 
 @settings(max_examples=100, deadline=None)

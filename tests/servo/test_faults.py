@@ -165,8 +165,55 @@ def test_divergence_ends_a_run_whatever_its_faults_do(policy):
     assert (run.status.kind, run.status.ok) == ("diverged", False)
     assert len(run.t) == run.status.frame
     assert "the loop is unstable" in run.status.sentence
+    assert "No limit of the robot held it back" in run.status.sentence
     away = np.linalg.norm(run.pose[:, :3, 3] - run.reference_pose[:, :3, 3], axis=1)
     assert away.max() < 100 * max(run.depths[0].max(), 0.67)
+
+
+def test_a_target_that_outruns_the_robot_is_not_blamed_on_the_loop_alone():
+    # λ = 0.01 s⁻¹ without latency is stable; the target leaves at 3 m/s, the robot makes 1 cm/s.
+    outrun = {"kind": "hold", "drift": (0, 0, 3.0, 0, 0, 0), "lam": 0.01, "latency": 0.0}
+    run = simulate(paper.sliding().with_(**outrun, speed_limit=0.01, duration=60.0))
+    assert run.status.kind == "diverged"
+    (event,) = run.events
+    said = f"The robot's limits held it back, first in frame {event.frame}: they are too low, or"
+    assert said in run.status.sentence
+    assert "raise the limits of [robot] or slow down what it follows." in run.status.sentence
+    # Without the limit a gain of 1e-4 s⁻¹ is no match either: it settles at 3/λ = 30 km.
+    free = simulate(paper.sliding().with_(**outrun | {"lam": 1e-4}, duration=60.0))
+    assert (free.status.kind, free.events) == ("diverged", ())
+    assert "No limit of the robot held it back" in free.status.sentence
+    assert "else raise law.lam or law.k_ff." in free.status.sentence
+
+
+def test_where_nothing_moves_and_nothing_held_it_back_the_loop_is_unstable():
+    run = simulate(
+        paper.sliding(lam=60.0).with_(kind="hold", duration=4.0, offset=(0.01, 0, 0, 0, 0, 0))
+    )
+    assert run.status.kind == "diverged"
+    assert run.status.sentence.endswith(
+        "Nothing that it follows moves and no limit held it back: the loop is unstable. Lower "
+        "law.lam or vision.latency."
+    )
+
+
+def test_a_robot_too_slow_to_change_its_speed_is_an_event_and_its_integral_waits():
+    still = {"kind": "hold", "latency": 0.0, "offset": (-0.1, 0, 0, 0, 0, 0), "duration": 2.0}
+    run = simulate(paper.sliding().with_(**still, acceleration_limit=0.02, T_i=2.0))
+    # 0.25 m/s are wanted, and a frame of 40 ms gives 0.8 mm/s: not there in the first second.
+    (event,) = run.events
+    assert (event.kind, event.frame) == ("saturated", 0)
+    assert event.frames > 25
+    # With the integral waiting from frame 1 on, its sum is that of frame 0 until the robot is free.
+    e, T = run.lag[:25, 0], run.command[:25, 0]
+    first = 2.5 * e[0] * 0.04 / 2.0
+    # Sideways and with true depths L̂⁺e is the offset itself: 1e-9 is rounding of the image.
+    np.testing.assert_allclose(T + 2.5 * e, -first, atol=1e-9)
+
+
+def test_axes_that_only_lag_hold_nothing_back():
+    run = simulate(paper.sliding().with_(time_constant=0.1, duration=2.0))
+    assert run.status.ok and run.events == ()
 
 
 def test_a_twist_beyond_every_number_is_told_in_words_of_the_scenario():

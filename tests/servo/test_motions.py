@@ -58,6 +58,16 @@ def from_toml(text):
     return Scenario.from_toml(f"{HEAD}[motion]\n{text}\n{TAIL}")
 
 
+def test_the_speed_of_a_scenario_is_the_greatest_one_not_that_of_the_greatest_component():
+    parts = [{"V": V, "duration": 1.0} for V in ((0.05, 0, 0), (-0.045, 0.045, 0))]
+    motion = {"kind": "linked", "blend": "none", "parts": parts}
+    assert scenario(motion).speed == pytest.approx(0.045 * math.sqrt(2), rel=1e-14)  # 0.06364
+    # Squares of these are no numbers any more.
+    tiny = {"V": (3e-200, 4e-200, 0), "duration": 1.0}
+    assert scenario(tiny).speed == pytest.approx(5e-200, rel=1e-14)
+    assert scenario({"kind": "hold", "duration": 1.0}).speed == 0
+
+
 @pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
 def test_every_kind_runs_and_round_trips(motion):
     found = scenario(motion)

@@ -7,6 +7,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
+from vsctrl.errors import InputError
 from vsctrl.servo.control.pnp import pose_from_image
 
 FX, FY = 700.0, 650.0
@@ -171,7 +172,7 @@ def test_what_is_ok_has_the_target_in_front_of_the_camera():
     assert count > 100
 
 
-def test_what_has_no_answer_is_said_and_never_raised():
+def test_an_image_without_an_answer_is_said_and_never_raised():
     rng = np.random.default_rng(7)
     true = random_pose(rng)
     image = image_of(true, LEDS)
@@ -187,13 +188,44 @@ def test_what_has_no_answer_is_said_and_never_raised():
         (nothing, LEDS, true),
         (image, LEDS, np.full((4, 4), np.nan)),
         (np.full(8, 1e200), LEDS, true),
-        (image[:6], LEDS, true),
     ]
     for image_, points, guess in trouble:
         fit = pose_from_image(image_, points, FX, FY, guess)
         assert not fit.ok
         np.testing.assert_array_equal(np.isfinite(fit.oTc), np.isfinite(guess))
         assert not np.isnan(fit.residual_px)
+
+
+MIRRORED = np.diag([-1.0, 1.0, 1.0, 1.0])
+MALFORMED = {
+    "points a number": ({"points": 3}, r"points: an array of shape \(\) is no list of points"),
+    "points in a plane": ({"points": LEDS[:, :2]}, r"points: an array of shape \(4, 2\)"),
+    "points of text": ({"points": "abc"}, "points: this is no array of real numbers"),
+    "ragged image": ({"image": [[1.0], [2.0, 3.0]]}, "image: this is no array of real numbers"),
+    "complex image": ({"image": np.ones(8) * 1j}, "image: this is no array of real numbers"),
+    "short image": ({"image": np.ones(6)}, r"image: an array of shape \(6,\) .*of 4 points; give"),
+    "Fx 0": ({"Fx": 0}, "Fx: 0 is no focal length"),
+    "Fx negative": ({"Fx": -FX}, "Fx: -700.0 is no focal length"),
+    "Fx NaN": ({"Fx": float("nan")}, "Fx: nan is no focal length"),
+    "Fy infinite": ({"Fy": float("inf")}, "Fy: inf is no focal length"),
+    "Fy text": ({"Fy": "wide"}, "Fy: 'wide' is no focal length"),
+    "Fy none": ({"Fy": None}, "Fy: None is no focal length"),
+    "guess of 3": ({"guess": np.eye(3)}, r"guess: an array of shape \(3, 3\) is no pose"),
+    "guess 0": ({"guess": np.zeros((4, 4))}, "guess: the matrix is no rigid motion"),
+    "guess scaled": ({"guess": np.diag([2.0, 2.0, 2.0, 1.0])}, "guess: the matrix is no rigid"),
+    "guess huge": ({"guess": np.full((4, 4), 1e200)}, "guess: the matrix is no rigid"),
+    "guess mirrored": ({"guess": MIRRORED}, "guess: the matrix is no rigid"),
+}
+
+
+@pytest.mark.parametrize("name", MALFORMED)
+def test_arguments_that_no_image_leads_to_are_refused_in_a_sentence(name):
+    changes, sentence = MALFORMED[name]
+    pose = random_pose(np.random.default_rng(10))
+    given = {"image": image_of(pose, LEDS), "points": LEDS, "Fx": FX, "Fy": FY, "guess": pose}
+    with pytest.raises(InputError, match=sentence) as found:
+        pose_from_image(**given | changes)
+    assert str(found.value).endswith(".")
 
 
 def test_images_of_chance_never_break_it():

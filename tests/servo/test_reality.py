@@ -231,6 +231,7 @@ def test_the_pose_scheme_on_images_without_noise_has_the_exact_pose(also):
         {"rate_limit": 0.15, "T_i": 0.5},
         {"speed_limit": 0.08, "rate_limit": 0.2, "dead_time": 0.6 * TS, "T_i": 0.5},
         {"acceleration_limit": 0.5},
+        {"acceleration_limit": 0.2, "dead_time": 0.6 * TS, "T_i": 0.5},
         {"angular_acceleration_limit": 1.5},
         {"time_constant": 0.06},
         {

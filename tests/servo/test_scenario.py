@@ -216,6 +216,18 @@ def test_fields_vary_by_their_own_names():
     assert "foo: " in message
 
 
+def test_comments_say_what_is_done_by_default_and_where_nature_has_ends():
+    # A Smith predictor that is told no latency believes in the dead time too.
+    late = {"dead_time": 0.03, "predictor": "smith", "duration": 1.0}
+    scenario = paper.sliding().with_(**late)
+    told = scenario.with_(tau_hat=scenario.vision.latency + 0.03)
+    short = scenario.with_(tau_hat=scenario.vision.latency)
+    np.testing.assert_array_equal(simulate(scenario).command, simulate(told).command)
+    assert not np.array_equal(simulate(scenario).command, simulate(short).command)
+    assert "with smith robot.dead_time on top" in whole.COMMENTS["predictor.tau_hat"]
+    assert "ages below 0 are cut to 0" in whole.COMMENTS["vision.jitter"]
+
+
 def test_leaf_names_are_unique_and_all_have_comments():
     leaves = [n for table in whole.TABLES.values() for n in table.model_fields]
     leaves += {n for kind in KINDS.values() for n in kind.model_fields}

@@ -211,3 +211,18 @@ def test_agreement_is_one_percent_or_ten_micrometres():
     assert row(-0.016, -0.016, -0.016, None).agrees is None
     assert row(-0.016, -0.016, -0.016, math.nan).agrees is not True
     assert row(math.nan, 0.0, 0.0, 0.0).agrees is not True
+
+
+def test_what_a_comparison_leaves_out_is_said_below_its_tables():
+    scenario = paper.sliding()
+    plain = validate(scenario)
+    assert plain.left_out == ()
+    assert "Left out" not in str(plain) + plain._repr_html_()
+    more = validate(scenario.with_(dead_time=0.02, T_i=3.0, drift=(0.01, 0, 0, 0, 0, 0)))
+    assert more.agrees
+    assert sorted(more.left_out) == ["law.T_i", "robot.dead_time", "target.drift"]
+    line = f"Left out of the comparison: {', '.join(more.left_out)}."
+    assert str(more).splitlines()[-1] == line
+    assert more._repr_html_().endswith(f"<p>{line}</p>")
+    # All else is the same table.
+    assert str(more).startswith(str(plain))

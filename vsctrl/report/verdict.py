@@ -30,10 +30,10 @@ def verdict(found: Examination) -> Verdict:
         *([_headroom(found)] if stable else []),
         *_as_configured(found),
     ]
-    kind: Literal["good", "warning", "bad"] = (
-        "bad" if not stable else "good" if agrees or nothing else "warning"
-    )
-    return Verdict(kind, tuple(sentences))
+    own = None if found.as_configured is None else outcome(found.as_configured)
+    fine = (agrees or nothing) and (own is None or own.settled)
+    failed = not stable or (own is not None and not own.status.ok)
+    return Verdict("bad" if failed else "good" if fine else "warning", tuple(sentences))
 
 
 def _as_configured(found: Examination) -> list[str]:
@@ -49,24 +49,51 @@ def _as_configured(found: Examination) -> list[str]:
     ]
 
 
+def _subject(found: Examination) -> str:
+    """What is stable or not: the loop of figure 1 alone, where the scenario is more."""
+    return "The loop" if found.as_configured is None else "The loop of figure 1 by itself"
+
+
+def _direction(found: Examination) -> str:
+    """Which direction a limit is that of, where it is not the motion's own."""
+    first, along = found.stability.ratio, found.stability.ratio_along_motion
+    if math.isclose(first, along, rel_tol=1e-9):
+        return ""
+    return (
+        " That is the limit of the direction that shakes first, which the law's wrong depths or "
+        f"focal length leave with κ = {first:.3g}; along the motion κ is {along:.3g}, and a run "
+        "that starts exactly on its reference may not show it."
+    )
+
+
+def _fold(factor: float) -> str:
+    return f"{factor:.2g}-fold" if factor < 100 else f"{factor:.0f}-fold"
+
+
 def _unstable(found: Examination) -> str:
     law, period = found.scenario.law, found.scenario.vision.period
     limits = found.stability.limits
     text = (
         f"This loop is unstable: λ = {law.lam:g} s⁻¹ is above {limits.sampled:.2f} s⁻¹, the most "
-        f"that {1e3 * found.scenario.vision.latency:g} ms of latency allow when the velocity is "
-        f"held over {1e3 * period:g} ms"
+        f"that {1e3 * found.scenario.vision.latency:g} ms of latency"
+        f"{_calibration(found.stability.ratio)} allow when the velocity is held over "
+        f"{1e3 * period:g} ms"
     )
     if law.lam < limits.continuous < math.inf:
         text += f" (continuous-time theory would still allow {limits.continuous:.2f} s⁻¹)"
-    return text + f". Lower λ: {limits.fastest_sampled:.2f} s⁻¹ is the fastest without oscillation."
+    text += f". Lower λ: {limits.fastest_sampled:.2f} s⁻¹ is the fastest without oscillation."
+    return text + _direction(found)
+
+
+def _calibration(ratio: float) -> str:
+    return "" if ratio == 1 else f" and a calibration with κ = {ratio:.3g}"
 
 
 def _headroom(found: Examination) -> str:
     lam, limits = found.scenario.law.lam, found.stability.limits
     factor = limits.sampled / lam
     text = (
-        f"The loop is stable: λ = {lam:g} s⁻¹ may be raised {factor:.2g}-fold, to "
+        f"{_subject(found)} is stable: λ = {lam:g} s⁻¹ may be raised {_fold(factor)}, to "
         f"{limits.sampled:.2f} s⁻¹, before it shakes"
     )
     if math.isfinite(limits.continuous) and limits.continuous > 1.01 * limits.sampled:
@@ -74,10 +101,4 @@ def _headroom(found: Examination) -> str:
         text += (
             f"; continuous-time theory, {limits.continuous:.2f} s⁻¹, promises {share:.0%} too much"
         )
-    first, along = found.stability.ratio, found.stability.ratio_along_motion
-    if not math.isclose(first, along, rel_tol=1e-9):
-        text += (
-            f". That is the limit of the direction that shakes first, which the law's wrong depths "
-            f"or focal length leave with κ = {first:.3g}; along the motion κ is {along:.3g}"
-        )
-    return text + "."
+    return text + "." + _direction(found)

@@ -46,6 +46,10 @@ class Faults:
         self._first.setdefault(kind, (frame, sentence))
         self._frames[kind] = self._frames.get(kind, 0) + 1
 
+    def since(self, kind: str) -> int | None:
+        """The frame in which something was first noted, None if it never was."""
+        return self._first[kind][0] if kind in self._first else None
+
     def events(self) -> tuple[Event, ...]:
         """All that the run went on in spite of, in the order in which it began."""
         found = [
@@ -65,12 +69,32 @@ def completed(n: int) -> Status:
     return Status(True, "completed", n - 1, f"The run completed all {n} frames.")
 
 
-def diverged(k: int, t: float, farthest: float) -> str:
-    """The camera is farther away than any image would show."""
+def diverged(k: int, t: float, farthest: float, still: bool, held: int | None) -> str:
+    """The camera is farther away than any image would show.
+
+    still: neither target nor reference moves, so that nothing outran the camera; held: the first
+    frame in which the robot's limits held it back, None if they never did.
+    """
+    remedy = "Lower law.lam or vision.latency"
+    if held is not None:
+        less = "start nearer to the reference" if still else "slow down what it follows"
+        why = (
+            f"The robot's limits held it back, first in frame {held}: they are too low, or the "
+            f"loop is unstable. {remedy} if it shakes, else raise the limits of [robot] or {less}."
+        )
+    elif still:
+        why = (
+            "Nothing that it follows moves and no limit held it back: the loop is unstable. "
+            f"{remedy}."
+        )
+    else:
+        why = (
+            "No limit of the robot held it back: the loop is unstable, or what it follows is too "
+            f"fast for the law. {remedy} if it shakes, else raise law.lam or law.k_ff."
+        )
     return (
-        f"At frame {k} (t = {t:g} s) the camera was more than {farthest:.3g} m from its reference: "
-        "the loop is unstable, and the run ends before this frame. Lower law.lam or "
-        "vision.latency."
+        f"At frame {k} (t = {t:g} s) the camera was more than {farthest:.3g} m from its reference, "
+        f"and the run ends before this frame. {why}"
     )
 
 
@@ -128,7 +152,7 @@ def stopped(k: int, t: float, stop: "Stop") -> str:
 
 
 def saturated(k: int, t: float) -> str:
-    """The robot did less than it was told."""
+    """The robot did less than it was told (``Carrier.saturated``)."""
     return f"From frame {k} (t = {t:g} s) on, the robot's limits held it back."
 
 

@@ -87,7 +87,7 @@ class _Loop:
             oTc = carrier.pose if self.wTo is None else inverse(self.wTo[k]) @ carrier.pose
             lag = oTc[:3, 3] - plan.pose[k, :3, 3]
             if not float(lag @ lag) ** 0.5 < farthest:  # written so that NaN fails too
-                return Status(False, "diverged", k, faults.diverged(k, t[k], farthest))
+                return self._diverged(k, farthest)
             sight = self.eye.look(oTc, before)
             if not sight.depths.min() > NEAREST:
                 sentence = faults.behind(k, t[k], sight.depths)
@@ -135,6 +135,13 @@ class _Loop:
     def _reported(self, T: Array) -> Array:
         """A twist (6,) of the camera as the hand reports it: of the camera that it believes in."""
         return T if self.hand_eye is None else adjoint(inverse(self.hand_eye)) @ T
+
+    def _diverged(self, k: int, farthest: float) -> Status:
+        """The end of a run whose camera is too far from its reference at frame k."""
+        still = self.target.still and not self.plan.twist.any()
+        held = self.faults.since("saturated")
+        sentence = faults.diverged(k, float(self.t[k]), farthest, still, held)
+        return Status(False, "diverged", k, sentence)
 
     def _judged(self, k: int, shown: Shown, rank: int) -> Status | None:
         """The faults of a frame that was asked and moved; the status if one ends the run."""

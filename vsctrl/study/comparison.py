@@ -23,8 +23,8 @@ from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.servo.motion.trajectory import Oscillation
 from vsctrl.study.cases import MOST_FRAMES, cases, is_sideways
-from vsctrl.study.history import History, history
-from vsctrl.study.ramp import PADE_ORDER, Course, Row, millimetres, ramp, row
+from vsctrl.study.history import History, Missing, history, missing
+from vsctrl.study.ramp import PADE_ORDER, Course, Row, allowance, millimetres, ramp, row
 from vsctrl.study.triangle import legs
 from vsctrl.study.wave import Wave, polar, wave
 
@@ -34,6 +34,7 @@ __all__ = [
     "Comparison",
     "Course",
     "History",
+    "Missing",
     "Row",
     "Wave",
     "millimetres",
@@ -53,8 +54,8 @@ class Comparison:
     """Every case of a scenario, and whether all ways agree wherever there is something to compare.
 
     `rows`: the steady lag, of a constant twist or on the legs of a triangle; `waves`: amplitude
-    and phase, of a sine; `histories`: the lag frame by frame, of all but a constant twist; `note`:
-    why there is none of them.
+    and phase, of a sine; `histories`: the lag frame by frame, of all but a constant twist, and
+    `missing` the cases without one; `note`: why there is none of them.
     """
 
     scenario: Scenario
@@ -62,6 +63,7 @@ class Comparison:
     waves: tuple[Wave, ...] = ()
     histories: tuple[History, ...] = ()
     note: str = ""
+    missing: tuple[Missing, ...] = ()
 
     @property
     def agrees(self) -> bool | None:
@@ -112,6 +114,19 @@ class Comparison:
         return _pick(self.histories, feedforward, delay, placement)
 
     @property
+    def remarks_on_rows(self) -> tuple[str, ...]:
+        """What the table of steady lags allows, and how long was simulated for it."""
+        out = [allowance(self.exact_motion)] if self.rows else []
+        own = self.scenario.motion.duration
+        lasted = max((row.lasted for row in self.rows), default=0.0)
+        if lasted > own + 1.5 * self.scenario.vision.period:
+            out.append(
+                f"Simulated for {lasted:g} s, so that the transient is over; the scenario itself "
+                f"ends after {own:g} s."
+            )
+        return tuple(out)
+
+    @property
     def remarks_on_waves(self) -> tuple[str, ...]:
         """What the table of sines allows and why, and what holding the velocity does to them."""
         holds = [w for w in self.waves if w.hold is not None]
@@ -138,21 +153,35 @@ class Comparison:
 
     def __str__(self) -> str:
         tables = [_text(table) for table in self._tables()]
-        return "\n\n".join([*tables, *([self.note] if self.note else [])])
+        return "\n\n".join([*tables, *self._notes()])
 
     def _repr_html_(self) -> str:
-        note = f"<p>{escape(self.note)}</p>" if self.note else ""
-        return "".join(_page(table) for table in self._tables()) + note
+        notes = (f"<p>{escape(note)}</p>" for note in self._notes())
+        return "".join([*(_page(table) for table in self._tables()), *notes])
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """Keys of the scenario that the cases are without (`Scenario.beyond_theory`), dotted."""
+        return tuple(self.scenario.beyond_theory)
+
+    def _notes(self) -> list[str]:
+        """What is said below the tables."""
+        notes = [self.note] if self.note else []
+        if self.left_out and self._tables():
+            notes.append(f"Left out of the comparison: {', '.join(self.left_out)}.")
+        return notes
 
     def _tables(self) -> list[_Table]:
         """Those that have rows."""
         pade = f"Padé {PADE_ORDER}"
+        without = [[o.case, *"––––", o.note] for o in self.missing] if self.histories else []
         found = [
             _Table(
                 LEG if self.on_legs else LAG,
                 ["closed form", pade, "exact delay", "6-DOF"],
                 [*map(_row_cells, self.rows)],
                 12,
+                self.remarks_on_rows,
             ),
             _Table(
                 WAVE,
@@ -164,7 +193,7 @@ class Comparison:
             _Table(
                 HISTORY,
                 ["largest", "rms", "difference", "allowed"],
-                [*map(_history_cells, self.histories)],
+                [*map(_history_cells, self.histories), *without],
                 12,
                 self.remarks_on_histories,
             ),
@@ -199,7 +228,8 @@ def validate(scenario: Scenario) -> Comparison:
     the latency in the measurement, aligned, and in the actuator if the scenario has it there.
     The loop of figure 1 is taken with κ = `law.depth_ratio`, which a uniform depth error of points
     makes of a translation (over the focal ratio, where the motion is sideways). Start offset, noise
-    and whatever else theory does not know of are left out (`Scenario.ideal`).
+    and whatever else theory does not know of are left out (`Scenario.ideal`), and named below the
+    tables (`Comparison.left_out`).
     A constant twist has a steady lag, v [τ − (1 − k_ff κ)/(κλ)] with a late measurement, and so
     has a leg of a triangle, read just before it ends, if it is long enough; a sine has an error of
     its own frequency. Whatever changes its twist is also held, frame by frame, to figure 1 with its
@@ -214,6 +244,7 @@ def validate(scenario: Scenario) -> Comparison:
     rows: list[Row] = []
     waves: list[Wave] = []
     histories: list[History] = []
+    left: list[Missing] = []
     for case in every:
         run = None
         if not isinstance(reference, Oscillation):
@@ -226,8 +257,10 @@ def validate(scenario: Scenario) -> Comparison:
             waves.append(sine)
         if run is not None:
             histories.append(history(case, run))
+        elif not case.is_stable_as_sampled:
+            left.append(missing(case))
     note = "" if rows or waves or histories else "No case is stable as sampled: none has a lag."
-    return Comparison(scenario, tuple(rows), tuple(waves), tuple(histories), note)
+    return Comparison(scenario, tuple(rows), tuple(waves), tuple(histories), note, tuple(left))
 
 
 def _check_translates(scenario: Scenario) -> None:

@@ -15,7 +15,8 @@ from vsctrl.study.stability import Stability, stability
 class Examination:
     """A scenario's stability, its validated tracking errors, and its runs with and without k_ff.
 
-    `as_configured` is the run of a scenario that has more than theory knows of, None of any other.
+    Those two are runs of what theory knows of it (`Scenario.ideal`), like the comparison;
+    `as_configured` is the run of a scenario that has more than that, None of any other.
     """
 
     scenario: Scenario
@@ -44,7 +45,7 @@ def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: N
             raise
         comparison = Comparison(scenario, note=f"There is nothing to compare: {error}")
     progress("six-degree-of-freedom runs")
-    on = simulate(scenario.with_(k_ff=scenario.law.k_ff or 1.0))
-    off = simulate(scenario.with_(k_ff=0.0))
+    on = simulate(scenario.ideal.with_(k_ff=scenario.law.k_ff or 1.0))
+    off = simulate(scenario.ideal.with_(k_ff=0.0))
     own = simulate(scenario) if scenario.beyond_theory else None
     return Examination(scenario, found, comparison, on, off, own)

@@ -48,8 +48,8 @@ class Belief:
             ratios=ratios,
         )
 
-    def interaction(self, image: Array, depths: Array) -> Array:
-        """L̂ of images (..., 2p) in px with true depths (..., p) in m: (..., m, 6)."""
+    def interaction(self, image: Array, believed: Array) -> Array:
+        """L̂ of images (..., 2p) in px with depths Ẑ (..., p) in m: (..., m, 6)."""
         if self.shift is not None:
             image = image + self.shift
-        return self.features.interaction(image, self.ratios * depths)
+        return self.features.interaction(image, believed)

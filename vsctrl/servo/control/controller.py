@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vsctrl.servo.control.belief import Belief
 from vsctrl.servo.control.depths import Depths, depths_of
 from vsctrl.servo.control.gain import Shaping
-from vsctrl.servo.control.law import Law
+from vsctrl.servo.control.law import Command, Law
 from vsctrl.servo.control.plan import Plan
 from vsctrl.servo.control.pnp import pose_from_image
 from vsctrl.servo.control.predict import predictor_of
@@ -69,11 +69,12 @@ class ImageController:
         self._choice = scenario.law.interaction
         self._shaping = Shaping.of(scenario.law, scenario.vision.period)
         self._predictor = predictor_of(scenario)
-        self.depths: Depths = depths_of(scenario, self.belief, plan.depths0, len(t))
+        self.depths: Depths = depths_of(scenario, self.belief, plan)
         self._initial: Array | None = None
-        self._desired = (
-            self.belief.interaction(*plan.shown) if self._choice in ("desired", "mean") else None
-        )
+        known = self.depths.of_reference
+        self._desired: Array | None = None
+        if self._choice in ("desired", "mean") and known is not None:
+            self._desired = self.belief.interaction(plan.shown.features, known)
 
     @property
     def width(self) -> int:
@@ -86,39 +87,59 @@ class ImageController:
         k, depths = shown.frame, self.depths(shown)
         L_hat = self._interaction(k, shown.features, depths)
         s = shown.features if self._plain else self._features.of(shown.features, depths)
-        rows, rate, drift = self._rows(shown), self._plan.rate[k], None
+        rows, rate, drift = self._rows(shown, depths), self._plan.rate[k], None
         if self._predictor is not None:
             s, drift = self._predictor(s, L_hat, shown._replace(rows=rows), applied)
         e = s - self._plan.s[k] if self._plain else self._features.difference(s, self._plan.s[k])
-        weighed = e if self._shaping is None else self._shaping(e, float(self._t[k]), held)
-        if drift is not None:
-            weighed = weighed + drift / self._law.lam  # so that the law takes L̂⁺ ∂ŝ/∂t away
+        drift = None if drift is None else drift / self._law.lam  # so that L̂⁺ ∂ŝ/∂t is taken away
+        weighed = e if self._shaping is None else self._shaping.eased(e, float(self._t[k]))
         if rows is not None:
-            L_hat, weighed, rate = L_hat[rows], weighed[rows], rate[rows]
-        if not len(weighed):
-            return Ask(np.zeros(6), 0, e)
-        T, rank = self._law.twist(L_hat, weighed, rate)
+            L_hat, rate, weighed = L_hat[rows], rate[rows], weighed[rows]
+            drift = None if drift is None else drift[rows]
+        T, rank = np.zeros(6), 0
+        if len(L_hat):
+            seen = e if rows is None else e[rows]
+            T, rank = self._twist(L_hat, seen, weighed, drift, rate, held)
         if self._predictor is not None:
             self._predictor.told(T)
         return Ask(T, rank, e)
 
+    def _twist(
+        self, L_hat: Array, e: Array, eased: Array, drift: Array | None, rate: Array, held: bool
+    ) -> Command:
+        """The twist of the features that are seen, with all that the gain may be."""
+        shaping = self._shaping
+        factor = 1.0 if shaping is None else shaping.factor(e)
+        weighed = eased if factor == 1 else factor * eased
+        command = self._law.twist(L_hat, weighed if drift is None else weighed + drift, rate)
+        if shaping is None or not shaping.sums:
+            return command
+        asked = self._law.twist(L_hat, eased, np.zeros_like(rate)).T / -self._law.lam
+        more = self._law.lam * factor * shaping.summed(asked, held)
+        return Command(command.T - more, command.rank)
+
     def _interaction(self, k: int, image: Array, depths: Array) -> Array:
         """L̂ where the law takes it, (m, 6)."""
-        if self._desired is not None and self._choice == "desired":
-            return self._desired[k]
         if self._choice == "initial":
             if self._initial is None:
                 self._initial = self.belief.interaction(image, depths)
             return self._initial
-        L_hat = self.belief.interaction(image, depths)
-        return L_hat if self._desired is None else (L_hat + self._desired[k]) / 2
+        if self._choice == "current":
+            return self.belief.interaction(image, depths)
+        if self._desired is None:
+            L_desired = self.belief.interaction(self._plan.shown.features[k], depths)
+        else:
+            L_desired = self._desired[k]
+        if self._choice == "desired":
+            return L_desired
+        return (self.belief.interaction(image, depths) + L_desired) / 2
 
-    def _rows(self, shown: Shown) -> Mask | None:
+    def _rows(self, shown: Shown, depths: Array) -> Mask | None:
         """Which features the image shows, None if all of them."""
         rows = None if shown.visible is None else self._features.rows(shown.visible)
         if self._plain:
             return rows
-        usable = self._features.usable(shown.features, shown.depths)
+        usable = self._features.usable(shown.features, depths)
         if usable.all():
             return rows
         return usable if rows is None else rows & usable
@@ -156,8 +177,11 @@ class PoseController:
         e = np.concatenate([away[:3, :3].T @ away[:3, 3], log(away)[3:]])
         if not self._found:
             return Ask(self._forward(k), 0, e)
-        weighed = e if self._shaping is None else self._shaping(e, float(self._t[k]), held)
-        return Ask(self._forward(k) - self._law.lam * weighed, 6, e)
+        shaping, asked, factor = self._shaping, e, 1.0
+        if shaping is not None:
+            eased, factor = shaping.eased(e, float(self._t[k])), shaping.factor(e)
+            asked = eased + shaping.summed(eased, held)
+        return Ask(self._forward(k) - self._law.lam * factor * asked, 6, e)
 
     def _fit(self, shown: Shown) -> bool:
         belief, image, points = self.belief, shown.features, self._points

@@ -1,6 +1,6 @@
-"""Which depths the law is given: the true ones, those at the start, or those seen in motion.
+"""Which depths the law believes in: true ones, those at the start, or those seen in motion.
 
-What is wrong with them (ρ) is a matter of ``belief``.
+Each with its error ρ, which of observed depths is that of the first guess.
 """
 
 from typing import TYPE_CHECKING
@@ -14,6 +14,7 @@ from vsctrl.servo.pose import inverse
 if TYPE_CHECKING:
     from vsctrl.servo.control.belief import Belief
     from vsctrl.servo.control.controller import Shown
+    from vsctrl.servo.control.plan import Plan
     from vsctrl.servo.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -25,20 +26,25 @@ LEAST_NOISE = 0.01
 
 
 class TrueDepths:
-    """The depths of the image that the law is shown."""
+    """The depths of the image that the law is shown, times ρ; of the reference its own."""
+
+    def __init__(self, ratios: Array | float, reference: Array) -> None:
+        self._ratios = ratios
+        self.of_reference = ratios * reference
 
     def __call__(self, shown: "Shown") -> Array:
-        return shown.depths
+        return self._ratios * shown.depths
 
 
 class ConstantDepths:
-    """The depths of the reference at the start, for ever: (p,) in m."""
+    """The depths of the reference at the start, times ρ, for ever and for every image."""
 
-    def __init__(self, depths: Array) -> None:
-        self._depths = depths
+    def __init__(self, believed: Array, frames: int) -> None:
+        self._believed = believed
+        self.of_reference = np.broadcast_to(believed, (frames, len(believed)))
 
     def __call__(self, shown: "Shown") -> Array:
-        return self._depths
+        return self._believed
 
 
 class SeenDepths:
@@ -51,7 +57,6 @@ class SeenDepths:
     def __init__(self, scenario: "Scenario", belief: "Belief", depths: Array, frames: int) -> None:
         noise = max(scenario.vision.noise_px, scenario.vision.quantum_px / 12**0.5, LEAST_NOISE)
         first = belief.ratios * depths
-        self._ratios = belief.ratios
         self._shift = belief.shift
         self._observer = DepthObserver(
             belief.camera.Fx, belief.camera.Fy, first, noise, FIRST_GUESS
@@ -71,15 +76,26 @@ class SeenDepths:
             self._before = here
         self.estimates[shown.frame :] = self._observer.depths
         self.excitation[shown.frame :] = self._observer.excitation
-        # The belief multiplies by ρ once more, which is meant for depths that are not observed.
-        return self._observer.depths / self._ratios
+        return self._observer.depths
+
+    @property
+    def of_reference(self) -> None:
+        """Not known beforehand: what is observed stands for the depths of the reference too."""
+        return None
 
 
 Depths = TrueDepths | ConstantDepths | SeenDepths
 
 
-def depths_of(scenario: "Scenario", belief: "Belief", start: Array, frames: int) -> Depths:
-    """The depths of a scenario's law; start: (p,) in m, those of the reference at t = 0."""
+def depths_of(scenario: "Scenario", belief: "Belief", plan: "Plan") -> Depths:
+    """The depths Ẑ that the law of a scenario believes in.
+
+    Called with what the law is shown at a frame they answer (p,) in m; ``of_reference`` is (n, p),
+    those of the reference images, or None where they are the ones observed.
+    """
+    frames = len(plan.s)
     if scenario.law.depth == "estimated":
-        return SeenDepths(scenario, belief, start, frames)
-    return ConstantDepths(start) if scenario.law.depth == "constant" else TrueDepths()
+        return SeenDepths(scenario, belief, plan.depths0, frames)
+    if scenario.law.depth == "constant":
+        return ConstantDepths(belief.ratios * plan.depths0, frames)
+    return TrueDepths(belief.ratios, plan.shown.depths)

@@ -10,11 +10,13 @@ Source: Marchand, Chaumette, Virtual visual servoing: a framework for real-time 
 (Computer Graphics Forum 21(3), 2002); Moré, The Levenberg-Marquardt algorithm (1978).
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vsctrl.errors import InputError
 from vsctrl.servo.plant.camera import NEAREST, Camera
 from vsctrl.servo.pose import exp_one
 
@@ -37,6 +39,9 @@ _ROUNDING = 1e-13
 # The pose is undetermined where a twist, in units of each column's effect, moves the image by less
 # than this share of the most.
 RANK_TOLERANCE = 1e-7
+
+# A guess may be this far from a rigid motion: what many products of rotations gather is far less.
+RIGID = 1e-6
 
 
 class PoseFit(NamedTuple):
@@ -62,19 +67,70 @@ def pose_from_image(
 
     image: (2p,) in px, X1 Y1 X2 Y2 …; points: (p, 3) in m in the object frame, only those that
     are seen, three or more; Fx, Fy: in px; guess: (4, 4), oTc. Returns PoseFit, with ok False when
-    fewer points are given, a number is not finite, the guess has a point behind the camera, the
-    points do not determine the pose there (all on a line, a critical circle), or no minimum is
-    reached within ``ITERATIONS``. Never raises.
+    fewer points are given, a number in an array is not finite, the guess has a point behind the
+    camera, the points do not determine the pose there (all on a line, a critical circle), or no
+    minimum is reached within ``ITERATIONS``.
+    Raises InputError for arguments that no image leads to: arrays of another shape or not of
+    numbers, an Fx or Fy that is not above 0, a finite guess that is no rigid motion.
     """
-    image, points = np.asarray(image, dtype=np.float64), np.asarray(points, dtype=np.float64)
-    oTc = np.array(guess, dtype=np.float64)
-    failed = PoseFit(oTc, float("inf"), 0, False)
-    finite = np.isfinite(image).all() and np.isfinite(points).all() and np.isfinite(oTc).all()
-    shapes = image.shape == (2 * len(points),) and points.shape[1:] == (3,)
-    if not (shapes and len(points) >= 3 and oTc.shape == (4, 4) and finite):
+    image, points, oTc = _numbers("image", image), _numbers("points", points), _guess(guess)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise InputError(
+            f"points: an array of shape {points.shape} is no list of points; give (p, 3), x y z "
+            "in m for every point."
+        )
+    if image.shape != (2 * len(points),):
+        raise InputError(
+            f"image: an array of shape {image.shape} is no image of {len(points)} points; give "
+            f"({2 * len(points)},), X1 Y1 X2 Y2 … in px."
+        )
+    camera = Camera(_focal_length("Fx", Fx), _focal_length("Fy", Fy))
+    failed = PoseFit(oTc, math.inf, 0, False)
+    if len(points) < 3 or not all(np.isfinite(a).all() for a in (image, points, oTc)):
         return failed
     with np.errstate(all="ignore"):  # what overflows is refused as a step that does not help
-        return _fit(image, points, Camera(Fx, Fy), oTc) or failed
+        return _fit(image, points, camera, oTc) or failed
+
+
+def _numbers(name: str, value: ArrayLike) -> Array:
+    """An array of real numbers, a copy. Raises InputError where the value is none."""
+    try:
+        found = np.asarray(value)
+        if found.dtype.kind in "biuf":
+            return found.astype(np.float64)
+    except (TypeError, ValueError, OverflowError):  # rows of different lengths, and the like
+        pass
+    raise InputError(f"{name}: this is no array of real numbers; give one, without gaps.")
+
+
+def _guess(value: ArrayLike) -> Array:
+    """The pose to begin with, rigid where it is finite, (4, 4)."""
+    oTc = _numbers("guess", value)
+    if oTc.shape != (4, 4):
+        raise InputError(f"guess: an array of shape {oTc.shape} is no pose; give oTc, (4, 4).")
+    if not np.isfinite(oTc).all():
+        return oTc
+    R = oTc[:3, :3]
+    with np.errstate(all="ignore"):
+        off = max(np.abs(R.T @ R - np.eye(3)).max(), np.abs(oTc[3] - (0, 0, 0, 1)).max())
+    if not off <= RIGID or np.linalg.det(R) < 0:
+        raise InputError(
+            "guess: the matrix is no rigid motion; give a rotation, a translation and the row "
+            "0 0 0 1."
+        )
+    return oTc
+
+
+def _focal_length(name: str, value: float) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not 0 < number < math.inf:
+        raise InputError(
+            f"{name}: {value!r} is no focal length; give a finite number of px above 0."
+        )
+    return number
 
 
 def _fit(image: Array, points: Array, camera: Camera, oTc: Array) -> PoseFit | None:

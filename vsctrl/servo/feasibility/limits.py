@@ -13,10 +13,11 @@ class Limits:
 
     speed: |V| in m/s; rate: |Ω| in rad/s (defaults: the AFMA6's caps). acceleration:
     ``|V' + Ω × V|`` in m/s², that of the camera's centre in space, which is felt on a circle at
-    constant twist too; angular_acceleration: |Ω'| in rad/s² (no figures are published: the
-    defaults reach full speed in 0.2 s). field_of_view: (half width, half height) of the image from
-    the principal point, px, or None; nearest, farthest: depths of the target's points in m.
-    math.inf is no limit.
+    constant twist too (the simulator's robot.acceleration_limit bounds |V'| alone, of the twist's
+    components in the camera frame); angular_acceleration: |Ω'| in rad/s² (no figures are
+    published: the defaults reach full speed in 0.2 s). field_of_view: (half width, half height) of
+    the image from the principal point, px, or None; nearest, farthest: depths of the target's
+    points in m. math.inf is no limit.
     Raises InputError for a value that is no number above 0.
     """
 

@@ -33,6 +33,8 @@ SETTLED = 40.0
 ENDED = 2.0**-54
 # Twists that only a decay from greater ones leaves behind, m/s and rad/s.
 NOTHING = 1e-30
+# A wanted twist that is reached this share of its span too late is reached in time: rounding.
+IN_TIME = 1e-9
 # Up to so many exponentials, and Magnus steps, plain arithmetic is the faster one.
 FEW, FEW_STEPS = 16, 40
 # Nodes of Gauss and Legendre, ½ and ½ ± this on 0..1, and what makes a derivative of two values.
@@ -193,11 +195,18 @@ def along(pieces: Sequence[Piece], t: Array) -> Array:
 class Axes:
     """The twist of the camera, which follows wanted twists as the axes can; at rest at t = 0."""
 
+    short: bool
+    """Whether the limit of acceleration left the set value short of the last twist wanted.
+
+    What a first-order lag leaves is not counted: axes that lag still do what they are told.
+    """
+
     def __init__(self, capability: Capability) -> None:
         self._a, self._alpha = capability.accelerations
         self._tau = capability.time_constant or 0.0
         self._aim = np.zeros(6)  # behind the limit of acceleration, before the lag
         self._twist = np.zeros(6)
+        self.short = False
 
     def follow(self, wanted: Sequence[tuple[float, Array]]) -> list[Piece]:
         """Pieces that answer wanted twists, each (6,) in m/s and rad/s over its span in s."""
@@ -212,6 +221,7 @@ class Axes:
         change = wanted - self._aim
         V, Omega = math.hypot(*change[:3].tolist()), math.hypot(*change[3:].tolist())
         needed = max(V / self._a, Omega / self._alpha)
+        self.short = bool(needed > span * (1 + IN_TIME))
         if needed > 0:
             slope = change / needed
             end = wanted if needed <= span else self._aim + span * slope

@@ -28,11 +28,13 @@ class Capability:
 
     speed: |V| in m/s, and rate: |Ω| in rad/s; a twist beyond either is scaled as a whole, so that
     its direction is kept. acceleration: |V'| in m/s², and angular_acceleration: |Ω'| in rad/s², of
-    the components in the camera frame (see ``axes``). time_constant: of first-order axes, in s; 0
-    for axes without lag. gantry: whose joints move the camera, with their ranges and speeds; its
-    ``accelerations`` do not act here, for the two limits of acceleration above do. joints0: (6,) in
-    m and rad at t = 0; left out, the wrist's solution that uses the least of its ranges.
-    avoidance: slow down before the end of a joint's range instead of running into it (``arm``).
+    the twist's components in the camera frame (see ``axes``): what it feels on a circle at constant
+    twist, Ω × V, does not count here, but does in ``feasibility.Limits``. time_constant: of
+    first-order axes, in s; 0 for axes without lag. gantry: whose joints move the camera, with their
+    ranges and speeds; its ``accelerations`` do not act here, for the two limits of acceleration
+    above do. joints0: (6,) in m and rad at t = 0; left out, the wrist's solution that uses the
+    least of its ranges. avoidance: slow down before the end of a joint's range instead of running
+    into it (``arm``).
     Raises InputError for values out of range and for joints or avoidance without a gantry.
     """
 

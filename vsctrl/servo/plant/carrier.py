@@ -9,8 +9,9 @@ Between the command and the motion stand, in this order:
    twist, so that its direction is kept. They come before the axes because a robot's controller
    knows its limits and never asks for more; from there on the axes only move between twists that
    are allowed;
-4. the limit of acceleration: the drives' set value moves straight towards the wanted twist;
-5. first-order axes: what moves lags behind what is set;
+4. the limit of acceleration: the drives' set value moves straight towards the wanted twist, and
+   where a frame ends before it is there, the robot did less than it was told (``saturated``);
+5. first-order axes: what moves lags behind what is set, which is no limit that holds it back;
 6. the brakes of the joints: where 4 and 5 cannot slow down in time, or the joints turn away under
    the twist within the frame, the whole frame is scaled, past any limit of acceleration.
 
@@ -139,7 +140,7 @@ class Carrier:
 
     @property
     def held(self) -> bool:
-        """Whether the last frame's twist was scaled down."""
+        """Whether the robot did less in the last frame than it was told, as in ``saturated``."""
         return bool(self._saturated[max(self._k - 1, 0)])
 
     def at(self, t: float) -> Array:
@@ -181,9 +182,12 @@ class Carrier:
 
     @property
     def saturated(self) -> NDArray[np.bool_]:
-        """Frames whose twist was scaled down, (k,): by speed, rate, or the joints.
+        """Frames in which limits held the camera back, (k,).
 
-        Frames in which only the limit of acceleration was at work are not counted.
+        Those whose twist was scaled down by speed, rate, or the joints, and those at whose end the
+        limit of acceleration has left the drives short of the twist that was wanted then. A
+        first-order lag alone does not count, nor a limit of acceleration that costs time within
+        the frame only.
         """
         return self._saturated[: self._k].copy()
 
@@ -201,6 +205,7 @@ class Carrier:
                 for (span, T), share in zip(wanted, allowed, strict=True)
             ]
         )
+        limited = limited or axes.short
         if self._arm is not None and self._joints is not None:
             share, q = self._arm.carry(self.pose, pieces)
             self.stopped = self._arm.stop(q, k + 1, (k + 1) * self._period)

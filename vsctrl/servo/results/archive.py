@@ -3,8 +3,10 @@
 ``numpy.load(path)`` opens one without vsctrl: an array for every entry of ``columns.COLUMNS``, and
 text for the rest, ``format``, ``vsctrl``, ``numpy`` (versions), ``scenario`` (TOML), ``digest``,
 ``status`` and ``events`` (JSON). Nothing is pickled, so that opening a file never runs code, and
-equal runs give equal bytes. A file is written whole or not at all, and read with every check that
-can be made: whatever loads is a run that ``simulate`` could have returned.
+equal runs give equal bytes. A file is written whole or not at all. It is read with every check
+that takes no simulation: whatever loads has the arrays, in shape and kind, of a run of its
+scenario, finite, with rigid poses, positive depths of what is seen, and an end that goes with its
+frames. Whether its numbers are those that ``simulate`` returns, only ``simulate`` can tell.
 """
 
 import io
@@ -19,6 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.control.measures import measures
+from vsctrl.servo.faults import SEEN
+from vsctrl.servo.plant.camera import Camera
 from vsctrl.servo.results.columns import COLUMNS, Column, sizes
 from vsctrl.servo.results.run import Event, Kind, Run, Status
 from vsctrl.servo.scenario import Scenario, toml
@@ -30,6 +35,8 @@ FORMAT, VERSION = "vsctrl-run", 1
 # The oldest date that a zip archive can tell: the time of writing is no part of a run.
 _NEVER = (1980, 1, 1, 0, 0, 0)
 _AGAIN = "simulate the scenario again and save that"
+# Products of rotations, frame by frame, stay nearer to a rotation than this.
+RIGID = 1e-6
 
 
 def save(run: Run, path: Path) -> None:
@@ -97,11 +104,10 @@ def unpack(cls: type[R], data: bytes, source: str) -> R:
     scenario = file.scenario()
     status, events = file.status(scenario), file.events()
     arrays = {name: file.array(name, column, scenario) for name, column in COLUMNS.items()}
-    if status.ok != (len(arrays["t"]) == scenario.frames + 1):
-        file.refuse(
-            f"{len(arrays['t'])} frames of {scenario.frames + 1} do not go with the status "
-            f'"{status.kind}"; {_AGAIN}'
-        )
+    file.check_end(status, len(arrays["t"]), scenario)
+    for name in ("pose", "reference_pose"):
+        file.check_rigid(name, arrays[name])
+    file.check_depths(arrays["depths"], arrays["visible"])
     return cls(scenario=scenario, status=status, events=events, **arrays)
 
 
@@ -174,16 +180,44 @@ class _File:
             self.refuse(f"events: {str(value)[:80]} is no list of events; {_AGAIN}")
         return tuple(Event(**event) for event in value)
 
+    def check_end(self, status: Status, frames: int, scenario: Scenario) -> None:
+        """A run keeps the frame that it failed in only where that had an image and a command."""
+        kept = status.frame + (status.ok or status.kind in SEEN)
+        if frames != kept or (status.ok and status.frame != scenario.frames):
+            self.refuse(
+                f"{frames} frames of {scenario.frames + 1} do not go with the status "
+                f'"{status.kind}" at frame {status.frame}; {_AGAIN}'
+            )
+
+    def check_rigid(self, name: str, poses: NDArray[np.float64]) -> None:
+        R, last = poses[:, :3, :3], poses[:, 3] - (0.0, 0.0, 0.0, 1.0)
+        with np.errstate(all="ignore"):
+            off = np.abs(R.swapaxes(1, 2) @ R - np.eye(3)).max(axis=(1, 2))
+            off = np.maximum(off, np.abs(last).max(axis=1))
+            wrong = ~(off <= RIGID) | ~(np.linalg.det(R) > 0)
+        if wrong.any():
+            self.refuse(f"{name}: at frame {np.argmax(wrong)} this is no rigid motion; {_AGAIN}")
+
+    def check_depths(self, depths: NDArray[np.float64], visible: NDArray[np.bool_]) -> None:
+        wrong = visible & ~(depths > 0)
+        if wrong.any():
+            frame, point = np.argwhere(wrong)[0]
+            self.refuse(
+                f"depths: at frame {frame} point {point + 1} is visible and not in front of the "
+                f"camera; {_AGAIN}"
+            )
+
     def array(self, name: str, column: Column, scenario: Scenario) -> Any:
         """A read-only array of the right type and shape, finite; None where that is allowed."""
-        value = self.entries.get(name)
+        value, wanted = self.entries.get(name), _optional(scenario)
         if value is None:
-            if column.optional:
+            if column.optional and name not in wanted:
                 return None
             self.refuse(f"the array {name!r} is missing; {_AGAIN}")
+        if column.optional and name not in wanted:
+            self.refuse(f"{name}: a run of this scenario has none; {_AGAIN}")
         kind = np.dtype(np.bool_ if column.truth else np.float64)
-        width = value.shape[-1] if value.ndim else 0
-        length = sizes(scenario) | {"frame": self.entries["t"].size, "measured": width}
+        length = sizes(scenario) | {"frame": self.entries["t"].size, "measured": _width(scenario)}
         shape = tuple(length[dim] for dim in column.dims)
         # Equal but for the order of bytes, which may be another machine's.
         if value.dtype.newbyteorder("=") != kind or value.shape != shape:
@@ -198,6 +232,22 @@ class _File:
             self.refuse(f"t: these are not the frames of the scenario; {_AGAIN}")
         out.setflags(write=False)
         return out
+
+
+def _optional(scenario: Scenario) -> set[str]:
+    """The arrays that runs of this scenario have and runs of others have not."""
+    out = {"joints"} if scenario.robot.carrier == "gantry" else set()
+    if scenario.law.scheme == "image" and scenario.law.depth == "estimated":
+        out |= {"depth_estimate", "excitation"}
+    return out
+
+
+def _width(scenario: Scenario) -> int:
+    """Number of features of the scenario's law: those of the pose scheme are (t, θu)."""
+    if scenario.law.scheme == "pose":
+        return 6
+    camera = Camera(scenario.camera.Fx, scenario.camera.Fy)
+    return len(measures(scenario.law.features, camera, len(scenario.target.points)).labels)
 
 
 def _is_record(value: Any, kinds: dict[str, type]) -> bool:

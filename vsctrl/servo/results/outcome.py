@@ -20,7 +20,9 @@ Array = NDArray[np.float64]
 SCHEMA = "vsctrl-simulate/1"
 # Less than this is rounding to a reader, in mm, mrad, px and their speeds alike.
 NOTHING = 1e-6
-# A distance that more than doubles in the last quarter has not settled, beyond this many m.
+# A distance that grows by more than this share in the last quarter has not settled, …
+GROWTH = 0.05
+# … if that is more than this, m.
 UNSETTLED = 1e-4
 # Share of the frames, at the end, that counts as the run's last part.
 LAST = 0.25
@@ -58,7 +60,8 @@ class Outcome:
     s − s*, px; measured_error: norm of what the law was shown, in measured_unit; speed, rate: the
     camera's greatest, m/s and rad/s, each with its time in s; visible: least number of points that
     the image showed, of ``points``; reach: of the joints, None for a free camera; settled: the run
-    completed, and its distance did not more than double in the last quarter.
+    completed, and in its last quarter the distance neither reached beyond what it had been before
+    nor grew in the root mean square, by more than 5 %.
     """
 
     name: str
@@ -253,9 +256,15 @@ def _reach(run: Run) -> Reach | None:
 
 
 def _settled(away: Array) -> bool:
-    cut = len(away) - max(1, round(LAST * len(away)))
-    before = float(away[:cut].max(initial=0.0))
-    return cut == 0 or float(away[cut:].max()) <= max(2 * before, UNSETTLED)
+    n = max(1, round(LAST * len(away)))
+    if 2 * n > len(away):
+        return True
+    before, quarter, last = away[:-n], away[-2 * n : -n], away[-n:]
+    # The peak of what comes and goes was there before; that of noise is no greater on the whole.
+    beyond = float(last.max()) > (1 + GROWTH) * float(before.max())
+    grown = float(np.sum(last**2)) > (1 + GROWTH) ** 2 * float(np.sum(quarter**2))
+    more = float(last.max()) - float(before.max()) > UNSETTLED
+    return not (beyond and grown and more)
 
 
 def _course(run: Run, values: Array) -> Course:

@@ -83,14 +83,15 @@ def _features(scenario: "Scenario") -> Iterator[Problem]:
 
 def _law(scenario: "Scenario") -> Iterator[Problem]:
     law = scenario.law
-    if law.depth == "estimated" and law.interaction in ("desired", "initial"):
+    if law.depth == "estimated" and law.interaction == "initial":
         yield (
             "law.depth",
-            f'depths are estimated along the way, and law.interaction = "{law.interaction}" '
-            'looks at others; choose "current" or "mean", or depth = "true"',
+            'depths are estimated along the way, and law.interaction = "initial" keeps the first '
+            'ones; choose another interaction, or depth = "constant"',
         )
     if law.scheme == "image":
         return
+    image = scenario.reference_image
     unused = {
         "law.features": law.features != "points",
         "law.interaction": law.interaction != "current",
@@ -98,6 +99,11 @@ def _law(scenario: "Scenario") -> Iterator[Problem]:
         "law.depth_ratio": law.depth_ratio != 1,
         "calibration.depth_ratios": scenario.calibration.depth_ratios is not None,
         "predictor.predictor": scenario.predictor.predictor != "none",
+        **{
+            f"reference_image.{name}": getattr(image, name) != field.default
+            for name, field in type(image).model_fields.items()
+            if name != "reference_hand_eye"
+        },
     }
     for field, given in unused.items():
         if given:

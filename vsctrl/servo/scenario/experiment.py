@@ -37,7 +37,9 @@ class CameraTable(Table):
     size_px: MaybePair = Field(
         None, description="width and height of the image about the principal point, px"
     )
-    k1: Number = Field(0.0, description="radial distortion: X becomes X (1 + k1 (x² + y²))")
+    k1: Number = Field(
+        0.0, description="radial distortion, unknown to the law: X becomes X (1 + k1 (x² + y²))"
+    )
 
 
 class TargetTable(Table):
@@ -89,7 +91,7 @@ class LawTable(Table):
         None, description="gain at no error, 1/s: falls to lam with the error (adaptive gain)"
     )
     lam_slope: MaybePositive = Field(
-        None, description="how fast it falls at no error, 1/s per px of the greatest error"
+        None, description="how fast it falls at no error, 1/s per unit of the greatest error"
     )
     smooth: MaybePositive = Field(
         None, description="rate at which the first error is let in, 1/s (smooth start)"
@@ -127,7 +129,11 @@ class VisionTable(Table):
     latency: Nonnegative = Field(
         description="age of a measurement when it is used, s, any number of periods"
     )
-    jitter: Nonnegative = Field(0.0, description="standard deviation of that age, s")
+    jitter: Nonnegative = Field(
+        0.0,
+        description="standard deviation of that age, s; ages below 0 are cut to 0, which raises "
+        "their mean where jitter is not small beside the latency",
+    )
     missed: Share = Field(0.0, description="share of frames without a new measurement")
     noise_px: Nonnegative = Field(0.0, description="standard deviation per image coordinate, px")
     quantum_px: Nonnegative = Field(0.0, description="coordinates are rounded to this, px")

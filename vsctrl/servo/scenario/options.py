@@ -74,7 +74,9 @@ class PredictorTable(Table):
         description="none, smith, or a Kalman filter: velocity or acceleration of the target",
     )
     tau_hat: MaybeNonnegative = Field(
-        None, description="latency that it believes in, s; left out: the true one"
+        None,
+        description="latency that it believes in, s; left out: the true one, and with smith "
+        "robot.dead_time on top",
     )
     process: Positive = Field(
         100.0, description="how unsteady the target is: px/s^1.5 (velocity), px/s^2.5 (else)"
@@ -101,10 +103,12 @@ class RobotTable(Table):
     speed_limit: MaybePositive = Field(None, description="greatest speed of the camera, m/s")
     rate_limit: MaybePositive = Field(None, description="greatest rotation of the camera, rad/s")
     acceleration_limit: MaybePositive = Field(
-        None, description="greatest acceleration of the camera, m/s²"
+        None,
+        description="greatest |V'| of the twist's components in the camera frame, m/s²: what it "
+        "feels on a circle at constant twist does not count",
     )
     angular_acceleration_limit: MaybePositive = Field(
-        None, description="greatest angular acceleration, rad/s²"
+        None, description="greatest |Ω'| of the twist's components in the camera frame, rad/s²"
     )
     time_constant: Nonnegative = Field(0.0, description="of the axes' first-order lag, s")
     joints: MaybeTwist = Field(None, description="of the gantry at the start, m and rad")
