@@ -5,9 +5,13 @@ import re
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from vsctrl import paper
+from vsctrl.report import page, plots
+from vsctrl.report import words as words_of
 from vsctrl.report.verdict import verdict
+from vsctrl.servo import simulate
 from vsctrl.servo.control.law import Law
 from vsctrl.study import examine
 
@@ -67,3 +71,112 @@ def test_a_simulation_that_runs_away_is_no_good_news(monkeypatch):
     signs = np.array([-1.0, 1, 1, 1, 1, 1])
     monkeypatch.setattr(camera, "point_interaction", lambda *given: kernel(*given) * signs)
     assert verdict(examine(paper.sliding(latency=0.0))).kind != "good"
+
+
+def examined(**changes):
+    return examine(paper.sliding().with_(position=(0.0, 0.044, -0.77), **changes))
+
+
+def test_latency_in_the_actuator_makes_no_image_old():
+    found = examined(placement="actuator")
+    words = " ".join(verdict(found).sentences)
+    assert words.startswith("With 80 ms of latency in the actuator") and " old" not in words
+    assert "16.0 mm behind without the term and exactly on it with it" in words
+    assert page._seen(found).endswith("the latency is in the actuator.")
+
+
+@pytest.mark.parametrize(
+    "changes, words, parted",
+    [
+        ({}, "an image 80 ms old against the reference of now.", True),
+        ({"placement": "aligned"}, "against the reference of the same moment", False),
+        ({"latency": 0.0}, "without latency the same.", False),
+        ({"kind": "hold", "duration": 0.4}, "It is zero", False),
+    ],
+)
+def test_the_caption_of_the_image_error_is_true_of_what_is_drawn(changes, words, parted):
+    found = examined(**changes)
+    said = page._seen(found)
+    assert words in said and ("Notice where they part" in said) == parted
+    assert page._ended(found) == []
+    run = found.without_feedforward
+    true, shown = run.error, run.measured_error
+    if changes.get("placement") == "aligned":  # two frames of 40 ms later, to the bit
+        np.testing.assert_array_equal(shown[2:], true[:-2])
+    elif not parted:
+        np.testing.assert_array_equal(shown, true)
+
+
+def test_a_run_that_ends_early_is_named_with_its_time_and_drawn_at_one_moment():
+    found = examined(lam=18.9, duration=7.5)
+    on, off = found.with_feedforward, found.without_feedforward
+    assert len(on.t) < len(off.t) and not on.status.ok  # they part, or nothing is shown
+    first, second = page._ended(found)
+    assert f"without the derivative term ends early, at t = {off.t[-1]:g} s" in first
+    assert f"with the derivative term ends early, at t = {on.t[-1]:g} s" in second
+    figure = plots.top_view(on, off)
+    end, k = figure.axes[1], len(on.t) - 1
+    drawn = {tuple(line.get_xydata()[0]) for line in end.lines if len(line.get_xydata()) == 1}
+    truth = (off.pose[k], on.pose[k], on.reference_pose[k])
+    assert drawn == {(1e3 * pose[0, 3], 1e3 * pose[2, 3]) for pose in truth}
+    assert (
+        end.get_title(loc="left") == f"the earlier end, t = {on.t[k]:g} s" and len(end.texts) == 2
+    )
+
+
+@pytest.mark.parametrize("width", [700, 4000])
+def test_no_title_of_the_top_view_is_cut_off(width):
+    found = paper.sliding().with_(
+        position=(0.0, 0.044, -0.77), V=(0.1, 0.0, 0.0), size_px=(width, width), duration=2.0
+    )
+    figure = plots.top_view(simulate(found), simulate(found.with_(k_ff=0.0)))
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    title = figure.axes[1].title.get_window_extent(canvas.get_renderer())
+    # A title set to the left is another artist than the one in the middle.
+    left = figure.axes[1]._left_title.get_window_extent(canvas.get_renderer())
+    assert max(title.y1, left.y1) <= figure.bbox.y1
+
+
+def test_a_lag_that_settles_is_not_said_never_to():
+    scenario = paper.oscillation().with_(cycle=8.0, speed=None, lam=2.5)
+    found = examine(scenario)
+    words = " ".join(verdict(found).sentences)
+    own = [row for row in found.comparison.rows if row.delay and row.placement == "measurement"]
+    assert all(row.analytic is not None for row in own)
+    assert "on each leg" in words and "changes along this motion" not in words
+
+
+def test_a_motion_of_parts_has_a_largest_lag():
+    found = examined(
+        kind="linked",
+        blend="none",
+        parts=[
+            {"kind": "screw", "V": (0.02, 0.0, 0.0), "duration": 3.0},
+            {"kind": "hold", "duration": 1.0},
+        ],
+    )
+    words = " ".join(verdict(found).sentences)
+    assert "The lag changes along this motion." in words and "settle" not in words
+
+
+def test_cases_that_are_missing_are_counted_and_named():
+    found = examine(paper.oscillation("sine").with_(lam=18.0)).comparison
+    late = [one for one in found.missing if one.delay]
+    assert len(found.histories) == 4 and len(late) == len(found.missing) == 4
+    assert "in the 4 of 8 cases that are stable as sampled" in words_of._frames_agree(found)
+    table = str(found).split("lag at every frame")[1]
+    assert table.count("unstable at 40 ms sampling") == 4
+
+
+def test_a_simulation_that_outlasts_its_scenario_says_so():
+    long, short = examined().comparison, examined(duration=0.3).comparison
+    assert "Simulated for" not in str(long)
+    assert f"Simulated for {short.rows[0].lasted:g} s" in str(short)
+    assert "the scenario itself ends after 0.3 s" in str(short)
+    assert "Allowed are 1 % of the closed form" in str(short)
+
+
+def test_no_length_is_printed_with_an_exponent():
+    for value in (3e-12, 5e-7, 99.6e-6, 0.9996e-3, 0.12, 150.0):
+        assert "e" not in words_of._size(value) and "e+" not in words_of._close(value)

@@ -98,7 +98,11 @@ class TrackingRow(_Table):
     pade_m: float | None = Field(description="python-control, Padé model of order 4")
     exact_m: float | None = Field(description="exact-delay engine")
     simulated_m: float | None = Field(description="six-degree-of-freedom simulation")
+    simulated_s: float = Field(
+        description="length of that simulation, as long as its transient needs; 0 without one"
+    )
     disagreement_m: float | None = Field(description="largest difference between the four")
+    allowed_m: float = Field(description="disagreement that counts as agreement")
     agrees: bool | None = Field(
         description="whether that is within 1 % or 10 µm; within 1 % of v(τ + 1/κλ) where the "
         "motion turns or changes depth, of which the loop is the first order"
@@ -311,7 +315,9 @@ def _row(row: Row) -> TrackingRow:
         pade_m=row.pade,
         exact_m=row.exact,
         simulated_m=row.simulated,
+        simulated_s=row.lasted,
         disagreement_m=row.disagreement,
+        allowed_m=row.tolerance,
         agrees=row.agrees,
         note=row.note,
     )

@@ -15,6 +15,7 @@ from typing import Any
 
 import jinja2
 import latex2mathml.converter
+import numpy as np
 import sympy as sp
 from markupsafe import Markup
 
@@ -30,6 +31,8 @@ from vsctrl.study.statements import about
 from vsctrl.symbols import T_s
 
 GENERATOR = "vsctrl"  #: in the page's <meta name="generator">, by which a report knows its own
+_NOTHING = 1e-9  #: an image error (px) that is nothing but rounding
+_PARTED = 0.05  #: of the largest image error, from which on two lines are seen to part
 _PACKAGES = ("numpy", "scipy", "sympy", "control", "matplotlib")
 
 
@@ -53,6 +56,8 @@ def page(found: Examination, verdict: Verdict, command: str) -> str:
         diagram=Markup(_diagram(found)),
         formulas=_formulas(found),
         figures=_figures(found),
+        seen=_seen(found),
+        ended=_ended(found),
         claims=ledger(),
         counts=Counter(claim.status for claim in ledger()),
         statements=about(found.scenario),
@@ -77,6 +82,45 @@ def _diagram(found: Examination) -> str:
 
     text = svg(loop.diagram(found.scenario.law.placement))
     return re.sub(r' xmlns="[^"]*"', "", text)
+
+
+def _seen(found: Examination) -> str:
+    """What the lines of the image error are: the truth, and what the law is shown of it."""
+    runs = (found.with_feedforward, found.without_feedforward)
+    true, shown = (
+        [np.linalg.norm(getattr(run, name), axis=1) for run in runs]
+        for name in ("error", "measured_error")
+    )
+    if max(map(np.max, true)) < _NOTHING:
+        return "It is zero: the camera never leaves its reference."
+    latency, placement = found.scenario.vision.latency, found.scenario.law.placement
+    text = "Solid is the truth; dotted is what the law is shown"
+    if not latency:
+        return f"{text}, without latency the same."
+    if placement == "actuator":
+        return f"{text}, the same, since the image is not late: the latency is in the actuator."
+    text += f", an image {1e3 * latency:g} ms old against the reference of "
+    if placement == "aligned":
+        return f"{text}the same moment: the truth, {1e3 * latency:g} ms later."
+    text += "now."
+    if any(np.max(np.abs(t - e)) < _PARTED * np.max(t) for t, e in zip(true, shown, strict=True)):
+        return text
+    return f"{text} Notice where they part: a measured plot alone misjudges both laws."
+
+
+def _ended(found: Examination) -> list[str]:
+    """The runs that ended early, each in a sentence."""
+    runs = {"without": found.without_feedforward, "with": found.with_feedforward}
+    return [
+        f"The run {name} the derivative term ends early, at t = {run.t[-1]:g} s"
+        + (
+            ", where the loop has carried the camera away."
+            if run.status.kind == "diverged"
+            else f": {run.status.kind}."
+        )
+        for name, run in runs.items()
+        if not run.status.ok
+    ]
 
 
 def _formulas(found: Examination) -> dict[str, Markup]:

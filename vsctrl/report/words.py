@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
+
 import numpy as np
 
-from vsctrl.servo import Run
+from vsctrl.servo import Run, Scenario
 from vsctrl.study import Comparison, Examination, History, Row, Wave
 
 EXACT = 1e-12  #: a lag (m) that is nothing but rounding
@@ -17,7 +19,10 @@ def tracking(found: Examination) -> list[str]:
     if comparison.waves:
         return _sine(found)
     # A run that was too short for its transient has a lag, but no steady one.
-    short = any(row.simulated is not None and row.analytic is None for row in comparison.rows)
+    latency = found.scenario.vision.latency
+    rows = _own_rows(found).items() if comparison.rows else ()
+    own = [row for (_, late), row in rows if late == latency]
+    short = any(row.simulated is not None and row.analytic is None for row in own)
     if comparison.rows and not (comparison.on_legs and short):
         return _steady(found)
     return _at_every_frame(found)
@@ -36,36 +41,33 @@ def agreement(found: Comparison) -> list[str]:
 # Steady lags -----------------------------------------------------------------------------------
 def _steady(found: Examination) -> list[str]:
     """Of a constant twist, or at the end of each leg of a triangle."""
-    latency = found.scenario.vision.latency
-    placement = found.scenario.law.placement
-    rows = {
-        (on, late): found.comparison.row(
-            feedforward=on, delay=late, placement=placement if late else "measurement"
-        )
-        for on in (False, True)
-        for late in (0.0, latency)
-    }
+    latency, rows = found.scenario.vision.latency, _own_rows(found)
     leg = " on each leg" if found.comparison.on_legs else ""
     ideal, late = (rows[False, 0.0], rows[True, 0.0]), (rows[False, latency], rows[True, latency])
-    if any(_lag(row) is None for row in ideal):
+    known, settles = (all(_lag(row) is not None for row in pair) for pair in (ideal, late))
+    if not known and not settles:
         return []
-    without_latency = (
-        f"Without the derivative term the camera {_position(ideal[0])} its reference{leg}, "
-        f"with it {_short(ideal[1])}"
-    )
     if not latency:
-        return [without_latency + "."]
-    if any(_lag(row) is None for row in late):
         return [
-            f"{without_latency}, if the image were not late; "
-            f"{1e3 * latency:g} ms late the camera does not settle."
+            f"Without the derivative term the camera settles {_position(ideal[0])} its "
+            f"reference{leg}, with it {_short(ideal[1])}."
+        ]
+    if not settles:
+        return [
+            f"Without latency the camera would settle {_position(ideal[0])} its reference{leg} "
+            f"without the derivative term, {_short(ideal[1])} with it. "
+            f"{_late(found.scenario)} it does not settle."
         ]
     out = [
-        f"With an image {1e3 * latency:g} ms old and without the derivative term, the camera "
-        f"{_position(late[0])} its reference{leg}; with the derivative term it "
-        f"{_position(late[1])} it. Without the latency it would be "
-        f"{_short(ideal[0])} and {_short(ideal[1])}."
+        f"{_late(found.scenario)} and without the derivative term, the camera settles "
+        f"{_position(late[0])} its reference{leg}; with the derivative term it settles "
+        f"{_position(late[1])} it."
     ]
+    if known:
+        out[0] += (
+            f" Without the latency it would be {_short(ideal[0])} without the term and "
+            f"{_short(ideal[1])} with it."
+        )
     if abs(_lag(late[1]) or 0.0) > 1e-5 and (hidden := _hidden(found)):
         nulling = found.stability.nulling_feedforward
         out.append(
@@ -73,6 +75,30 @@ def _steady(found: Examination) -> list[str]:
             f"does k_ff = {nulling:.3g}."
         )
     return out
+
+
+def _own_rows(found: Examination) -> dict[tuple[bool, float], Row]:
+    """The rows of the scenario's own latency and placement and of none, by k_ff and latency."""
+    latency, comparison = found.scenario.vision.latency, found.comparison
+    return {
+        (on, late): comparison.row(
+            feedforward=on,
+            delay=late,
+            placement=found.scenario.law.placement if late else "measurement",
+        )
+        for on in (False, True)
+        for late in (0.0, latency)
+    }
+
+
+def _late(scenario: Scenario) -> str:
+    """What is late, as a sentence begins."""
+    ms = f"{1e3 * scenario.vision.latency:g} ms"
+    return {
+        "measurement": f"With an image {ms} old",
+        "aligned": f"With an image {ms} old, compared with a reference as old,",
+        "actuator": f"With {ms} of latency in the actuator",
+    }[scenario.law.placement]
 
 
 def _hidden(found: Examination) -> str:
@@ -116,15 +142,14 @@ def _sine(found: Examination) -> list[str]:
         return [f"The error is a sine: {ideal[0]} without the derivative term, {ideal[1]} with it."]
     if any(waves[on, latency].simulated is None for on in (False, True)):
         return [
-            f"The error would be a sine, {ideal[0]} without the derivative term and {ideal[1]} "
-            f"with it, if the image were not late; {1e3 * latency:g} ms late the camera does not "
-            "settle."
+            f"Without latency the error would be a sine, {ideal[0]} without the derivative term "
+            f"and {ideal[1]} with it. {_late(found.scenario)} the camera does not settle."
         ]
     late = [_swing(waves[on, latency]) for on in (False, True)]
     out = [
-        f"With an image {1e3 * latency:g} ms old the error is a sine: {late[0]} without the "
-        f"derivative term, {late[1]} with it. Without the latency it would be {ideal[0]} and "
-        f"{ideal[1]}."
+        f"{_late(found.scenario)} the error is a sine: {late[0]} without the derivative term, "
+        f"{late[1]} with it. Without the latency it would be {ideal[0]} without the term and "
+        f"{ideal[1]} with it."
     ]
     if hidden := _hidden(found):
         aligned = comparison.wave(feedforward=True, delay=latency, placement="aligned")
@@ -156,12 +181,10 @@ def _at_every_frame(found: Examination) -> list[str]:
     sizes = [_largest(one) for one in own if not one.note]
     if len(sizes) < 2:
         return []
-    latency = found.scenario.vision.latency
-    old = f"With an image {1e3 * latency:g} ms old the camera" if latency else "The camera"
+    late = f"{_late(found.scenario)} the" if found.scenario.vision.latency else "The"
     return [
-        f"{old} is off its reference by up to {sizes[0]} along the motion without the derivative "
-        f"term, by up to {sizes[1]} with it. No one number says it: the lag does not settle in "
-        "this motion."
+        f"The lag changes along this motion. {late} largest is {sizes[0]} without the derivative "
+        f"term, {sizes[1]} with it."
     ]
 
 
@@ -210,20 +233,23 @@ def _sines_agree(found: Comparison) -> str:
 def _frames_agree(found: Comparison) -> str:
     every = found.histories
     bad = sum(not one.agrees for one in every)
+    both = len(every) + len(found.missing)
+    rest = f" that are stable as sampled; {both - len(every)} are not" if found.missing else ""
+    where = f"in the {len(every)} of {both} cases that are stable as sampled, " if rest else ""
     loop = "figure 1 with its velocity held over a frame"
     if bad:
-        return f"Frame by frame the simulation leaves {loop} in {bad} of {len(every)} cases."
+        return f"Frame by frame the simulation leaves {loop} in {bad} of {len(every)} cases{rest}."
     within = _close(max(one.disagreement for one in every))
     first = "" if found.exact_motion else ", its first order,"
-    return f"At every frame the simulation is where {loop}{first} has it, to {within}."
+    return f"At every frame the simulation is {where}where {loop}{first} has it, to {within}."
 
 
 # Numbers ---------------------------------------------------------------------------------------
 def _close(apart: float) -> str:
     """A small difference, m, in the unit that suits it."""
     if apart >= 1e-4:
-        return f"{1e3 * apart:.2g} mm"
-    return f"{1e6 * apart:.2g} µm" if apart >= 1e-9 else "less than a nanometre"
+        return f"{_digits(1e3 * apart, 2)} mm"
+    return f"{_digits(1e6 * apart, 2)} µm" if apart >= 1e-9 else "less than a nanometre"
 
 
 def _lag(row: Row) -> float | None:
@@ -234,8 +260,8 @@ def _lag(row: Row) -> float | None:
 def _position(row: Row) -> str:
     value = _lag(row) or 0.0
     if abs(value) < EXACT:
-        return "is exactly on"
-    return f"trails {_size(value)} behind" if value < 0 else f"runs {_size(value)} ahead of"
+        return "exactly on"
+    return f"{_size(value)} behind" if value < 0 else f"{_size(value)} ahead of"
 
 
 def _short(row: Row) -> str:
@@ -247,4 +273,11 @@ def _short(row: Row) -> str:
 
 def _size(value: float) -> str:
     """A length in tenths of a millimetre, in µm where that says too little."""
-    return f"{abs(1e3 * value):.1f} mm" if abs(value) >= 1e-3 else f"{abs(1e6 * value):.3g} µm"
+    if abs(value) >= 0.9995e-3:
+        return f"{abs(1e3 * value):.1f} mm"
+    return f"{_digits(abs(1e6 * value), 3)} µm"
+
+
+def _digits(value: float, n: int) -> str:
+    """A number to n significant digits, never with an exponent."""
+    return f"{Decimal(f'{value:.{n}g}'):f}"

@@ -73,6 +73,28 @@ class History:
         return float(np.sqrt(np.mean(self.simulated**2))) if len(self.simulated) else 0.0
 
 
+@dataclass(frozen=True)
+class Missing:
+    """A case that has no history, and why."""
+
+    case: str
+    feedforward: bool
+    delay: float  #: s
+    placement: loop.Placement
+    note: str
+
+
+def missing(case: Case) -> Missing:
+    """The case of a loop that is unstable as sampled, for which no run is worth its while."""
+    return Missing(
+        case=case.name,
+        feedforward=case.feedforward,
+        delay=case.delay,
+        placement=case.placement,
+        note=f"unstable at {1e3 * case.scenario.vision.period:g} ms sampling",
+    )
+
+
 def history(case: Case, run: Run) -> History:
     """The history of a case from its run; the loop is stable as sampled."""
     scenario = run.scenario

@@ -55,6 +55,7 @@ class Row:
     note: str = ""
     contradicted: bool = False  #: the simulation failed where theory promises a steady lag
     terms: float = 0.0  #: v(τ + 1/κλ) where figure 1 is the first order of the motion, m
+    lasted: float = 0.0  #: the length of the simulation, s; 0 without one
 
     @property
     def disagreement(self) -> float | None:
@@ -99,6 +100,13 @@ def tolerance(size: float) -> float:
     return max(RELATIVE * abs(size), ABSOLUTE)
 
 
+def allowance(sideways: bool) -> str:
+    """What `Row.tolerance` is, in a sentence; `sideways`: whether figure 1 is exact."""
+    share = f"{RELATIVE:.0%}".replace("%", " %")
+    of = "the closed form" if sideways else "v(τ + 1/κλ), or of the closed form if that is larger"
+    return f"Allowed are {share} of {of}, and {1e6 * ABSOLUTE:g} µm where that is less."
+
+
 def row(case: Case, course_of: Callable[[Case], Course]) -> tuple[Row, Run | None]:
     """One case by all four ways, and its simulation where the loop should be stable in it."""
     scenario, system, law = case.scenario, case.system, case.scenario.law
@@ -138,6 +146,7 @@ def row(case: Case, course_of: Callable[[Case], Course]) -> tuple[Row, Run | Non
         note="; ".join(notes),
         contradicted=contradicted,
         terms=0.0 if is_sideways(scenario) else speed * (case.delay + 1 / (case.kappa * law.lam)),
+        lasted=0.0 if found is None else float(found.t[-1]),
     )
     return done, found
 

@@ -71,4 +71,4 @@ def _left_over(case: Case, seconds: float) -> str:
     left = case.left_after(seconds)
     if left * size <= SHARE * tolerance(steady):
         return ""
-    return f"no steady lag: {seconds:.3g} s into the leg, {left:.1%} of its turn is left"
+    return f"no steady lag: {seconds:.3g} s into the leg, {100 * left:.2g}% of its turn is left"

@@ -80,38 +80,44 @@ def errors(on: Run, off: Run) -> Figure:
 
 
 def top_view(on: Run, off: Run) -> Figure:
-    """Figure 6 of the paper: the camera's path from above, and where it is at the end."""
+    """Figure 6 of the paper: the camera's path from above, and where it is at the end.
+
+    Where one run ends before the other, both cameras and their reference are shown at its end.
+    """
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, 4.4), layout="constrained")
         whole, end = figure.subplots(1, 2, width_ratios=(1, 1.15))
-        goal = 1e3 * on.reference_pose[:, :3, 3]
+        last = min(len(on.t), len(off.t)) - 1
+        longer = on if len(on.t) > len(off.t) else off
+        goal = 1e3 * longer.reference_pose[:, :3, 3]
         for axes in (whole, end):
             axes.plot(goal[:, 0], goal[:, 2], color=INK, linewidth=0.9, label="reference")
             for run, colour, name in ((off, WITHOUT, "without"), (on, WITH, "with")):
                 path = 1e3 * run.pose[:, :3, 3]
                 axes.plot(path[:, 0], path[:, 2], color=colour, label=f"{name} derivative term")
-                axes.plot(path[-1, 0], path[-1, 2], "o", color=colour, markersize=6, zorder=3)
-            axes.plot(goal[-1, 0], goal[-1, 2], "x", color=INK, markersize=8, mew=1.6, zorder=4)
+                axes.plot(*path[last, ::2], "o", color=colour, markersize=6, zorder=3)
+            axes.plot(*goal[last, ::2], "x", color=INK, markersize=8, mew=1.6, zorder=4)
             axes.set_xlabel("x, mm (object frame)")
+            axes.locator_params(axis="x", nbins=4)
         leds = 1e3 * np.array(on.scenario.target.points)
         whole.plot(leds[:, 0], leds[:, 2], "^", color=GREY, label="LEDs")
-        whole.set(ylabel="z, mm", aspect="equal")
+        whole.set(ylabel="z, mm", aspect="equal", anchor="N")
         whole.margins(x=0.25)
-        _end_of_path(end, on, off)
+        _end_of_path(end, on, off, last)
         figure.legend(*whole.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
 
 
-def _end_of_path(axes: Axes, on: Run, off: Run) -> None:
-    """Zoom to the last positions, each named by its distance along the motion."""
-    goal = 1e3 * on.reference_pose[-1, :3, 3]
+def _end_of_path(axes: Axes, on: Run, off: Run, last: int) -> None:
+    """Zoom to the positions at the frame `last`, each named by its distance along the motion."""
+    goal = 1e3 * on.reference_pose[last, :3, 3]
     half = 1.0
     for run, colour, below in ((off, WITHOUT, False), (on, WITH, True)):
-        at = 1e3 * run.pose[-1, :3, 3]
+        at = 1e3 * run.pose[last, :3, 3]
         half = max(half, float(np.abs(at - goal).max()))
-        if not run.status.ok or not run.scenario.speed:
+        if not run.scenario.speed:
             continue
-        lag = 1e3 * float(run.lag_along_motion[-1])
+        lag = 1e3 * float(run.lag_along_motion[last])
         words = f"{abs(lag):.1f} mm {'behind' if lag < 0 else 'ahead'}"
         axes.annotate(
             words if abs(lag) > 5e-3 else "on the reference",
@@ -122,9 +128,11 @@ def _end_of_path(axes: Axes, on: Run, off: Run) -> None:
             va="top" if below else "bottom",
             color=colour,
         )
+    which = "the end" if len(on.t) == len(off.t) else "the earlier end"
     axes.set(
         xlim=(goal[0] - 1.8 * half, goal[0] + 1.8 * half),
         ylim=(goal[2] - 1.8 * half, goal[2] + 1.8 * half),
         aspect="equal",
-        title=f"the end, t = {on.t[-1]:g} s",
+        anchor="N",  # at the top, where the layout has kept room for the title
+        title=f"{which}, t = {on.t[last]:g} s",
     )
