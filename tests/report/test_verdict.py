@@ -174,7 +174,7 @@ def test_a_simulation_that_outlasts_its_scenario_says_so():
     assert "Simulated for" not in str(long)
     assert f"Simulated for {short.rows[0].lasted:g} s" in str(short)
     assert "the scenario itself ends after 0.3 s" in str(short)
-    assert "Allowed are 1 % of the closed form" in str(short)
+    assert "Allowed is 1 % of the closed form" in str(short)
 
 
 def test_no_length_is_printed_with_an_exponent():

@@ -104,7 +104,7 @@ def allowance(sideways: bool) -> str:
     """What `Row.tolerance` is, in a sentence; `sideways`: whether figure 1 is exact."""
     share = f"{RELATIVE:.0%}".replace("%", " %")
     of = "the closed form" if sideways else "v(τ + 1/κλ), or of the closed form if that is larger"
-    return f"Allowed are {share} of {of}, and {1e6 * ABSOLUTE:g} µm where that is less."
+    return f"Allowed is {share} of {of}, but never less than {1e6 * ABSOLUTE:g} µm."
 
 
 def row(case: Case, course_of: Callable[[Case], Course]) -> tuple[Row, Run | None]:
