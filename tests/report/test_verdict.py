@@ -180,3 +180,16 @@ def test_a_simulation_that_outlasts_its_scenario_says_so():
 def test_no_length_is_printed_with_an_exponent():
     for value in (3e-12, 5e-7, 99.6e-6, 0.9996e-3, 0.12, 150.0):
         assert "e" not in words_of._size(value) and "e+" not in words_of._close(value)
+
+
+def test_a_verdict_is_not_good_where_the_run_as_configured_fails_or_runs_away():
+    late = examine(paper.sliding(lam=12.0).with_(dead_time=0.08))  # 160 ms in all: unstable
+    found = verdict(late)
+    assert not late.as_configured.status.ok and found.kind == "bad"
+    assert "The loop of figure 1 by itself is stable" in " ".join(found.sentences)
+    slow = examine(paper.sliding().with_(speed_limit=0.03))  # for 4 cm/s
+    found = verdict(slow)
+    assert slow.as_configured.status.ok and found.kind == "warning"
+    assert "robot.speed_limit" in found.sentences[-1] and "still growing" in found.sentences[-1]
+    # The runs that the page compares with theory are those of theory.
+    assert slow.with_feedforward.lag_along_motion[-1] == pytest.approx(0.0032, abs=1e-6)
