@@ -99,3 +99,11 @@ def test_the_limits_are_found_in_six_degrees_of_freedom():
     assert "alternates" in found.of("Smith").limit.note
     assert "∞" in str(found.limits)
     assert "half a period more" in found.notes[-2]
+
+
+@pytest.mark.parametrize("periods", [0.3, 0.5, 1.25, 2.0, 3.7])
+@pytest.mark.parametrize("kappa", [1.0, 1.3, 0.9 + 0.2j])
+def test_two_ways_to_the_limit_of_figure_1_meet(periods, kappa):
+    """Roots on the circle here, the phase on the circle (or the closed form) in the loop's room."""
+    expected = loop.gain_limit(0.04 * periods, period=0.04, kappa=kappa)
+    assert held.plain(0.04 * periods, 0.04, kappa).limit == pytest.approx(expected, rel=1e-9)

@@ -59,13 +59,6 @@ class Target:
             g = self.sway / (2 * math.pi) * np.sin(2 * math.pi * g / self.sway)
         return exp(g[..., None] * self.drift)
 
-    def twist(self, t: ArrayLike) -> Array:
-        """Twist of the object in its own frame at the times t: (...,) in s → (..., 6)."""
-        t = np.asarray(t, dtype=np.float64)
-        rate = np.ones_like(t) if self.sway is None else np.cos(2 * math.pi * t / self.sway)
-        out: Array = rate[..., None] * self.drift
-        return out
-
 
 CUBE_LEDS = Target(
     np.array(
