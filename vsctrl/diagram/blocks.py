@@ -132,6 +132,13 @@ class Block:
         return f"{self.output} = [{self.expr}] {self.input}"
 
 
+@dataclass(frozen=True)
+class Subdiagram(Block):
+    """A block that is a diagram; `parts` are what is in it, wired to what is around it."""
+
+    parts: tuple[Any, ...] = ()
+
+
 Part = Block | Sum
 
 

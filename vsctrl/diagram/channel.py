@@ -7,28 +7,26 @@ function, to the module that knows how, and wraps what comes back in the ecosyst
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.diagram import chains, count, delay, frequency, pade, roots, superpose, transfer
+from vsctrl.diagram import chains, count, delay, frequency, pade, rest, roots, transfer
 from vsctrl.diagram import history as remembered
-from vsctrl.diagram.blocks import Block
 from vsctrl.diagram.foreign import exact_number
+from vsctrl.diagram.numeric import Numeric
 from vsctrl.diagram.quantities import check_side, frequencies, points, reals, shown
 from vsctrl.diagram.signals import Signal
-from vsctrl.errors import ImproperError, InputError, LimitError
-from vsctrl.symbols import s as symbol_s
+from vsctrl.errors import InputError, LimitError
 
 if TYPE_CHECKING:
     import control
     import sympy as sp
 
     from vsctrl.diagram.pade_model import PadeModel
-    from vsctrl.diagram.system import System
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -41,7 +39,7 @@ AT_ONCE = 8192
 class Channel:
     """A transfer function between two signals of a `System`, `sign` included."""
 
-    system: System
+    system: Numeric
     source: str
     target: str
     sign: int = 1
@@ -121,7 +119,7 @@ class Channel:
 
     def _limit(self, at: complex) -> complex:
         """The limit at a root that the channel may not show: the mean over a small circle."""
-        others = np.abs(self.system.poles(8) - at)
+        others = np.abs(roots.rightmost(self.system.autonomous, 8) - at)
         radius = 1e-3 * min(others[others > 1e-9 * (abs(at) + 1e-9)], default=1.0)
         turn = np.exp(2j * np.pi * (np.arange(16) + 0.5) / 16)
         far, near = (
@@ -185,9 +183,14 @@ class Channel:
         times = _times(t)
         u = signal(times, side)
         if history is None:
-            y = self._from_rest(signal, times, side)
+            y = self.sign * rest.from_rest(
+                self.system, self.source, self.target, signal, times, side
+            )
         else:
-            y, before = remembered.respond(self, signal, history, times, side)
+            y, before = remembered.respond(
+                self.system, self.source, self.target, signal, history, times, side
+            )
+            y = self.sign * y
             u = np.where((times == 0) & (side == "left"), before, u)
         return control.TimeResponseData(
             times,
@@ -197,35 +200,6 @@ class Channel:
             input_labels=[self.source],
             output_labels=[self.target],
         )
-
-    def _from_rest(self, signal: Signal, times: Array, side: str) -> Array:
-        """The response from rest, (len(times), 1)."""
-        system, eased = self._proper(signal)
-        return self.sign * superpose.respond(system, eased, times, side)
-
-    def _proper(self, signal: Signal) -> tuple[delay.DelaySystem, Signal]:
-        """A proper system and a signal that together answer as this channel does.
-
-        H u = (H/s) u′: where H is improper, u is differentiated and integrated again inside.
-        """
-        try:
-            return self.realisation, signal
-        except ImproperError as refused:
-            slope = signal.derivative()
-            if slope is None:
-                raise
-            try:
-                return self._integrated()._proper(slope)
-            except ImproperError:
-                raise refused from None
-
-    def _integrated(self) -> Channel:
-        """The channel from the derivative of its source."""
-        diagram, slope = self.system.diagram, f"{self.source}__slope"
-        parts = [Block(f"integral of {self.source}", 1 / symbol_s, f"{slope} -> {self.source}")]
-        inputs = [slope if name == self.source else name for name in diagram.inputs]
-        longer = type(diagram)([*parts, *diagram.parts], inputs, diagram.outputs)
-        return Channel(replace(self.system, diagram=longer), slope, self.target, self.sign)
 
     def poles(self, n: int = 6) -> Complex:
         """The n rightmost poles of this channel (rad/s), delays exact.

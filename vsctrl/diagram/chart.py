@@ -20,7 +20,7 @@ from vsctrl.diagram.quantities import is_finite
 from vsctrl.errors import InputError, nearest
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.system import System
+    from vsctrl.diagram.numeric import Numeric
 
 Array = NDArray[np.float64]
 
@@ -67,11 +67,13 @@ class StabilityChart:
 
     def regions(self, width: int = 600, height: int = 400) -> regions.Regions:
         """The chart as a raster: each region between the boundaries filled with its count."""
-        return regions.flood(self, width, height)
+        return regions.flood(
+            self.x, self.y, self.unstable, [b.points for b in self.boundaries], width, height
+        )
 
 
 def stability_chart(
-    system: System,
+    system: Numeric,
     ranges: Mapping[str, tuple[float, float]],
     grid: tuple[int, int] = (36, 24),
 ) -> StabilityChart:
@@ -98,7 +100,7 @@ def stability_chart(
 
 
 def _ranges(
-    system: System, ranges: Mapping[str, Any]
+    system: Numeric, ranges: Mapping[str, Any]
 ) -> tuple[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]]:
     known = system.diagram.parameters
     for name in ranges:

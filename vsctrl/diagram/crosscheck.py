@@ -22,8 +22,7 @@ from vsctrl.errors import ImproperError, InputError, LimitError
 from vsctrl.symbols import s
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.channel import Channel
-    from vsctrl.diagram.system import System
+    from vsctrl.diagram.faces import Channel, System
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -94,11 +93,11 @@ def crosscheck(system: System) -> CrossCheck:
     lines: list[Line] = []
     for source in system.diagram.inputs:
         for target in system.diagram.outputs:
-            lines += _channel(system[source, target])
+            lines += _channel(system, system[source, target])
     return CrossCheck(tuple(lines))
 
 
-def _channel(channel: Channel) -> list[Line]:
+def _channel(system: System, channel: Channel) -> list[Line]:
     name = f"{channel.source} → {channel.target}"
     points = _points(channel)
     exact = channel(points)
@@ -124,7 +123,7 @@ def _channel(channel: Channel) -> list[Line]:
         _roots(channel, name),
         *_time(channel, name),
         *_pade(channel, name, points, exact),
-        *_sampled(channel, name),
+        *_sampled(system, channel, name),
     ]
 
 
@@ -181,11 +180,11 @@ def _pade(channel: Channel, name: str, points: Complex, exact: Complex) -> list[
     return [Line(name, "Padé 8 against exact, ωτ < 3", errors[1], max(1e-9 * size, errors[0] / 10))]
 
 
-def _sampled(channel: Channel, name: str) -> list[Line]:
+def _sampled(system: System, channel: Channel, name: str) -> list[Line]:
     """The sampled twin nears the continuous channel with first order as its period shrinks."""
     faces = "sampled against continuous, T → 0"
     try:
-        found = sampled_check.approach(channel, _unit(channel))
+        found = sampled_check.approach(system, channel, _unit(channel))
     except (InputError, LimitError) as error:  # not every diagram has a twin, and check() asks all
         return [Line(name, faces, 0.0, 0.0, f"left out: {error}")]
     note = f"{found.hold!r} held, T = {found.period / 4:.2g} s"

@@ -20,10 +20,11 @@ from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 
 from vsctrl.diagram import descriptor
-from vsctrl.diagram.transfer import BlockCoefficients, resolve
+from vsctrl.diagram.transfer import BlockCoefficients
+from vsctrl.diagram.wiring import resolve
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.diagram import Diagram
+    from vsctrl.diagram.wiring import Wiring
 
 Array = NDArray[np.float64]
 
@@ -111,7 +112,7 @@ class DelaySystem:
 
 
 def realise(
-    diagram: Diagram,
+    diagram: Wiring,
     blocks: list[BlockCoefficients],
     sources: tuple[str, ...],
     targets: tuple[str, ...],
@@ -154,7 +155,7 @@ class _Assembly:
 
     @classmethod
     def of(
-        cls, diagram: Diagram, blocks: list[BlockCoefficients], sources: tuple[str, ...]
+        cls, diagram: Wiring, blocks: list[BlockCoefficients], sources: tuple[str, ...]
     ) -> _Assembly:
         orders = [max((k for k, _ in (*b.num, *b.den)), default=0) for b in blocks]
         channels = sum(
@@ -178,7 +179,7 @@ class _Assembly:
                 slope[self.starts[i] + k, self._column(i, k + 1)] = 1.0
         return descriptor.Pencil(slope, self.pencil_rows, self.states, self.blocks)
 
-    def signal(self, diagram: Diagram, name: str) -> Array:
+    def signal(self, diagram: Wiring, name: str) -> Array:
         """A signal of the diagram as a row over [X | a | u, w]; inputs not asked for are zero."""
         row = np.zeros(self.width)
         for leaf, factor in resolve(diagram, name).items():

@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from vsctrl.diagram.transfer import resolve
+from vsctrl.diagram.wiring import resolve
 from vsctrl.symbols import s
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.diagram import Diagram
+    from vsctrl.diagram.wiring import Wiring
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -41,7 +41,7 @@ class Determinant:
     frequency (rad/s) of the order of the roots.
     """
 
-    diagram: Diagram
+    diagram: Wiring
     values: dict[str, float]
     names: tuple[str, str]
     box: tuple[tuple[float, float], tuple[float, float]]

@@ -27,52 +27,51 @@ from numpy.typing import NDArray
 
 from vsctrl.diagram.blocks import Block, Sum
 from vsctrl.diagram.memory import Keeper, Pasts, at_zero, checked
+from vsctrl.diagram.numeric import Numeric
+from vsctrl.diagram.rest import from_rest
 from vsctrl.diagram.signals import Signal, Step
 from vsctrl.errors import ImproperError, InputError
 from vsctrl.symbols import s
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.channel import Channel
-    from vsctrl.diagram.diagram import Diagram
+    from vsctrl.diagram.model import Model
 
 Array = NDArray[np.float64]
 
 
 def respond(
-    channel: Channel, signal: Signal, given: object, t: Array, side: str
+    loop: Numeric, source: str, target: str, signal: Signal, given: object, t: Array, side: str
 ) -> tuple[Array, float]:
     """The response of a channel at times t ≥ 0 (s), (len(t), 1), and what its source was at 0−.
 
     `given` maps names of signals to a number or a function of t ≤ 0.
     Errors: `InputError` where the past is not usable, `LimitError` as the response from rest.
     """
-    diagram = channel.system.diagram
-    past = Pasts(diagram, channel.system.blocks, checked(given, diagram), channel.target)
-    pushes = [push for block in past.keepers.values() for push in _pushes(past, block)]
-    y = past.carried_on(channel.target, t, side)
-    plain = replace(channel, sign=1)
-    y = y + plain._from_rest(signal - past.kept(channel.source), t, side)
+    diagram = loop.diagram
+    past = Pasts(diagram, loop.blocks, checked(given, diagram), target)
+    pushes = [push for block in past.keepers.values() for push in _pushes(diagram, past, block)]
+    y = past.carried_on(target, t, side)
+    y = y + from_rest(loop, source, target, signal - past.kept(source), t, side)
     for name in diagram.inputs:
-        if name != channel.source and past.now(name):
-            y = y + replace(plain, source=name)._from_rest(-past.kept(name), t, side)
-    for push, source, longer in pushes:
-        pushed = replace(plain, system=replace(channel.system, diagram=longer), source=source)
+        if name != source and past.now(name):
+            y = y + from_rest(loop, name, target, -past.kept(name), t, side)
+    for push, extra, longer in pushes:
         try:
-            y = y + pushed._from_rest(push, t, side)
+            y = y + from_rest(replace(loop, diagram=longer), extra, target, push, t, side)
         except ImproperError:
             raise InputError(
-                f"response: with this history {source.removesuffix('__push')!r} jumps at t = 0, "
-                f"and {channel.target!r} holds a derivative of it, an impulse; give its block a "
+                f"response: with this history {extra.removesuffix('__push')!r} jumps at t = 0, "
+                f"and {target!r} holds a derivative of it, an impulse; give its block a "
                 "past that goes with what it is fed, or ask for another signal."
             ) from None
-    before = past.carried_on(channel.source, np.zeros(1), "left")
-    return channel.sign * y, float(before[0, 0])
+    before = past.carried_on(source, np.zeros(1), "left")
+    return y, float(before[0, 0])
 
 
-def _pushes(past: Pasts, block: Keeper) -> list[tuple[Signal, str, Diagram]]:
+def _pushes(diagram: Model, past: Pasts, block: Keeper) -> list[tuple[Signal, str, Model]]:
     """(signal, its name, the diagram with it) that a block differs by from its past kept."""
-    diagram, output = past.diagram, block.block.output
-    found: list[tuple[Signal, str, Diagram]] = []
+    output = block.block.output
+    found: list[tuple[Signal, str, Model]] = []
     missing = past.continuation(block.input) - Step(_needed(past, block))
     if missing.terms:
         found.append((missing, f"{output}__push", _pushed(diagram, block.block)))
@@ -114,7 +113,7 @@ def _needed(past: Pasts, block: Keeper) -> float:
     return need
 
 
-def _pushed(diagram: Diagram, block: Block) -> Diagram:
+def _pushed(diagram: Model, block: Block) -> Model:
     """The diagram with a further input, added to what a block is fed."""
     fed, push = f"{block.output}__fed", f"{block.output}__push"
     parts = [replace(p, wiring=f"{fed} -> {p.output}") if p is block else p for p in diagram.parts]
@@ -122,7 +121,7 @@ def _pushed(diagram: Diagram, block: Block) -> Diagram:
     return type(diagram)(parts, (*diagram.inputs, push), diagram.outputs)
 
 
-def _swung(diagram: Diagram, block: Block, shape: Any) -> Diagram:
+def _swung(diagram: Model, block: Block, shape: Any) -> Model:
     """The diagram with a further input that is added, through a block, to a block's output."""
     own, swing, start = (f"{block.output}__{word}" for word in ("own", "swing", "start"))
     parts = [replace(p, wiring=f"{p.input} -> {own}") if p is block else p for p in diagram.parts]

@@ -21,11 +21,11 @@ from vsctrl.diagram.past import Curve, Recall, resolve
 from vsctrl.diagram.quantities import is_finite
 from vsctrl.diagram.signals import Signal, Step, beside
 from vsctrl.diagram.transfer import BlockCoefficients
-from vsctrl.diagram.transfer import resolve as expand
+from vsctrl.diagram.wiring import resolve as expand
 from vsctrl.errors import InputError, nearest
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.diagram import Diagram
+    from vsctrl.diagram.wiring import Wiring
 
 Array = NDArray[np.float64]
 Past = float | Callable[[Array], Any]
@@ -103,7 +103,7 @@ class Pasts:
 
     def __init__(
         self,
-        diagram: Diagram,
+        diagram: Wiring,
         blocks: list[BlockCoefficients],
         given: dict[str, Past],
         target: str,
@@ -290,7 +290,7 @@ def _fixed_point(gains: Array, fed: Array, names: list[str]) -> Array:
     return np.asarray(np.linalg.solve(loop, fed))
 
 
-def checked(given: object, diagram: Diagram) -> dict[str, Past]:
+def checked(given: object, diagram: Wiring) -> dict[str, Past]:
     """The history by names that exist, with numbers as floats."""
     if not isinstance(given, Mapping):
         raise InputError(

@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TypeVar
 
-from vsctrl.diagram.blocks import Block, Part, signal_name
+from vsctrl.diagram.blocks import Block, Subdiagram, signal_name
+from vsctrl.diagram.model import Model
 from vsctrl.errors import InputError, nearest
 
-if TYPE_CHECKING:
-    from vsctrl.diagram.diagram import Diagram
+M = TypeVar("M", bound=Model)
 
 
-@dataclass(frozen=True)
-class Subdiagram(Block):
-    """A block that is a diagram; `parts` are what is in it, wired to what is around it."""
-
-    parts: tuple[Part, ...] = ()
-
-
-def subdiagram(diagram: Diagram, name: str, wiring: str) -> Subdiagram:
+def subdiagram(diagram: Model, name: str, wiring: str) -> Subdiagram:
     """The diagram as a block; its first input and first output become those of the wiring."""
     if not diagram.inputs or not diagram.outputs:
         raise InputError(
@@ -34,7 +27,7 @@ def subdiagram(diagram: Diagram, name: str, wiring: str) -> Subdiagram:
     return Subdiagram(name, diagram.transfer(source, target), wiring, parts=inside.parts)
 
 
-def renamed(diagram: Diagram, signals: Mapping[str, str], name: str = "") -> Diagram:
+def renamed(diagram: M, signals: Mapping[str, str], name: str = "") -> M:
     """The diagram with other signal names; what is not named gets `name` in front."""
     if not isinstance(signals, Mapping):
         raise InputError(f'renamed: {signals!r} maps no signals; write {{"old": "new"}}.')
@@ -59,20 +52,3 @@ def renamed(diagram: Diagram, signals: Mapping[str, str], name: str = "") -> Dia
             moved = replace(moved, name=f"{name}: {moved.name}")
         parts.append(moved)
     return type(diagram)(parts, [new[n] for n in diagram.inputs], [new[n] for n in diagram.outputs])
-
-
-def boxed(given: tuple[Part, ...], diagram: Diagram) -> tuple[Part, ...]:
-    """The parts to draw: as given, unless a signal within a box is asked for outside of it."""
-    driven = {part.output for part in given}
-    taken = {name for part in given for name in part.inputs}
-    hidden = {part.output for part in diagram.parts} - driven
-    asked = taken | set(diagram.outputs)
-    return diagram.parts if hidden & asked or set(diagram.inputs) - taken else given
-
-
-def opened(parts: Iterable[Part]) -> tuple[Part, ...]:
-    """The parts with those of every subdiagram in its place."""
-    flat: list[Part] = []
-    for part in parts:
-        flat += part.parts if isinstance(part, Subdiagram) else (part,)
-    return tuple(flat)

@@ -10,19 +10,19 @@ from __future__ import annotations
 
 import math
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from vsctrl.diagram import frequency
+from vsctrl.diagram.band import checked_band
 from vsctrl.diagram.delay import DelaySystem
 from vsctrl.errors import InputError, LimitError, nearest
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.channel import Channel, OpenLoop
-    from vsctrl.diagram.pade_model import PadeModel
+    from vsctrl.diagram.pade_model import Exact, ExactLoop, PadeModel
 
 Array = NDArray[np.float64]
 Band = tuple[float, float]
@@ -72,7 +72,7 @@ def matrices(system: DelaySystem, order: int) -> tuple[Array, Array, Array, Arra
     )
 
 
-def model(channel: Channel, order: object, tol: object, band: object) -> PadeModel:
+def model(channel: Exact, order: object, tol: object, band: object) -> PadeModel:
     """The model of a channel of a given order, or of the smallest that keeps to `tol` over `band`.
 
     Errors: `InputError` for neither or both of `order` and `tol`, for one that is not usable, for
@@ -104,7 +104,7 @@ def model(channel: Channel, order: object, tol: object, band: object) -> PadeMod
     )
 
 
-def model_for(loop: OpenLoop, order: object, tol: object, band: object, on: object) -> PadeModel:
+def model_for(loop: ExactLoop, order: object, tol: object, band: object, on: object) -> PadeModel:
     """The model of L of the smallest order whose margins and stability are those of the exact loop.
 
     Gain, phase and delay margin and peak sensitivity agree to `tol` relative to the exact values,
@@ -182,7 +182,7 @@ def _relative(value: float, exact: float) -> float:
     return abs(value / exact - 1)
 
 
-def _of_order(channel: Channel, order: int, band: Band) -> PadeModel:
+def _of_order(channel: Exact, order: int, band: Band) -> PadeModel:
     from vsctrl.diagram.pade_model import PadeModel
 
     A, B, C, D = matrices(channel.realisation, order)
@@ -218,26 +218,3 @@ def _checked_tolerance(tol: object) -> float:
             f"pade: tol = {tol!r} is no relative error; give a number between 0 and 1, as 1e-6."
         )
     return float(tol)
-
-
-def checked_band(channel: Channel, band: Any) -> Band:
-    """A band (low, high) in rad/s; without one, from 0 to a full turn of the longest delay, 2π/τ.
-
-    Up to there a delay can bring a loop to −180° by itself, so that crossover, bandwidth and the
-    peaks of a loop that the delay limits lie inside. Without a delay it ends at ten times the
-    fastest rate.
-    """
-    if band is None:
-        system = channel.realisation
-        if system.delays:
-            return 0.0, 2 * math.pi / float(max(system.delays))
-        fastest = float(np.abs(np.linalg.eigvals(system.A)).max(initial=0.0))
-        return 0.0, 10 * fastest or 10.0
-    pair = tuple(band) if isinstance(band, tuple | list | np.ndarray) else ()
-    numbers = all(isinstance(w, Real) and not isinstance(w, bool) for w in pair)
-    if len(pair) == 2 and numbers and 0 <= pair[0] < pair[1] < math.inf:
-        return float(pair[0]), float(pair[1])
-    raise InputError(
-        f"pade: band = {band!r} is no band; give two frequencies in rad/s, as (0.01, 50), the "
-        "first 0 or more and below the second."
-    )

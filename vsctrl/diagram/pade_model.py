@@ -12,19 +12,17 @@ is 0 all around, the error is absolute.
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import control
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vsctrl.diagram.band import checked_band
 from vsctrl.diagram.delay import DelaySystem
-from vsctrl.diagram.pade import checked_band
-from vsctrl.diagram.signals import Step
+from vsctrl.diagram.frequency import Margins
+from vsctrl.diagram.signals import Signal, Step
 from vsctrl.errors import InputError
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.channel import Channel
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -38,6 +36,27 @@ MOST_POINTS = 4000
 CHUNK = 2_000_000  #: complex numbers that are worked on at once
 
 
+class Exact(Protocol):
+    """What a Padé model stands for: the exact channel, as far as the model asks it."""
+
+    @property
+    def source(self) -> str: ...
+    @property
+    def target(self) -> str: ...
+    @property
+    def sign(self) -> int: ...
+    @property
+    def realisation(self) -> DelaySystem: ...
+    def __call__(self, s: ArrayLike) -> Any: ...
+    def response(self, signal: Signal, t: ArrayLike) -> control.TimeResponseData: ...
+
+
+class ExactLoop(Exact, Protocol):
+    """An exact channel that is the L of a loop."""
+
+    def margins(self) -> Margins: ...
+
+
 class PadeModel(control.StateSpace):
     """A channel whose delays are Padé models of one order: a `control.StateSpace` with its error.
 
@@ -48,7 +67,7 @@ class PadeModel(control.StateSpace):
     def __init__(
         self,
         matrices: tuple[Array, Array, Array, Array],
-        exact: Channel,
+        exact: Exact,
         order: int,
         band: tuple[float, float],
         **names: Any,

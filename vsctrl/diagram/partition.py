@@ -22,7 +22,7 @@ from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
     from vsctrl.diagram.delay import DelaySystem
-    from vsctrl.diagram.system import System
+    from vsctrl.diagram.numeric import Numeric
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ class Search:
 
     def __init__(
         self,
-        system: System,
+        system: Numeric,
         names: tuple[str, str],
         box: tuple[tuple[float, float], tuple[float, float]],
         x: Array,
@@ -196,7 +196,7 @@ class Search:
     def _count(self, u: float, v: float) -> float:
         return count.count_right_of(self._at(u, v).autonomous, self.line)
 
-    def _at(self, u: float, v: float) -> System:
+    def _at(self, u: float, v: float) -> Numeric:
         low, high = self.box[0][0], self.box[1][0]
         place = dict(
             zip(self.names, (low + u * self.size[0], high + v * self.size[1]), strict=True)

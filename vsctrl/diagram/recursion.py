@@ -14,8 +14,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.errors import InputError
-
 Array = NDArray[np.float64]
 _Rows = tuple[list[int], list[int], Array]  #: (rows, their depth, mix of them)
 
@@ -93,27 +91,6 @@ class Recursion:
     def order(self) -> int:
         """Number of states of `state_space`: the continuous ones and all registers."""
         return self.states + self._registers[2]
-
-    @cached_property
-    def all_poles(self) -> NDArray[np.complex128]:
-        """All poles, the largest first; see `recursion_poles`."""
-        from vsctrl.diagram import recursion_poles
-
-        return recursion_poles.poles(self)
-
-    def poles(self, n: int | None = None) -> NDArray[np.complex128]:
-        """The n poles of largest modulus, or all; conjugates together.
-
-        Errors: `InputError` for a bad n, `LimitError` where there are too many to work out.
-        """
-        if n is not None and (isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1):
-            raise InputError(f"poles: n = {n!r} is not usable; give a whole number of 1 or more.")
-        return self.all_poles[:n].copy()
-
-    @property
-    def is_stable(self) -> bool:
-        """Whether all poles are inside the unit circle."""
-        return bool((np.abs(self.all_poles) < 1).all())
 
     def state_space(self) -> tuple[Array, Array, Array, Array]:
         """(A, B, C, D) with shift registers for what is late, on the side that needs fewer."""

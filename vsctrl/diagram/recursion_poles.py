@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.diagram.recursion import Recursion
-from vsctrl.errors import LimitError
+from vsctrl.errors import InputError, LimitError
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -267,3 +267,15 @@ def _too_many(count: int, most: int) -> LimitError:
         f"poles: the registers hold {count} samples and {most} is the limit; "
         "ask for a longer period."
     )
+
+
+def largest(recursion: Recursion, n: int | None = None) -> Complex:
+    """The n poles of largest modulus, or all; conjugates together."""
+    if n is not None and (isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1):
+        raise InputError(f"poles: n = {n!r} is not usable; give a whole number of 1 or more.")
+    return poles(recursion)[:n].copy()
+
+
+def is_stable(recursion: Recursion) -> bool:
+    """Whether all poles are inside the unit circle."""
+    return bool((np.abs(poles(recursion)) < 1).all())

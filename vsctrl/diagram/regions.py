@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
 from vsctrl.errors import InputError
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.chart import StabilityChart
 
 Array = NDArray[np.float64]
 
@@ -28,7 +24,9 @@ class Regions:
     places: tuple[tuple[float, float, float, float], ...]
 
 
-def flood(chart: StabilityChart, width: int, height: int) -> Regions:
+def flood(
+    x: Array, y: Array, counts: Array, boundaries: list[Array], width: int, height: int
+) -> Regions:
     """Fill each part of the raster that no boundary cuts with the count of its grid corners.
 
     Errors: `InputError` for a raster of less than 2 or more than 4000 pixels a side.
@@ -37,17 +35,17 @@ def flood(chart: StabilityChart, width: int, height: int) -> Regions:
         raise InputError(
             f"regions: {width} × {height} pixels are not usable; give 2 to 4000 each way."
         )
-    low = np.array([chart.x[0], chart.y[0]])
-    size = np.array([chart.x[-1], chart.y[-1]]) - low
+    low = np.array([x[0], y[0]])
+    size = np.array([x[-1], y[-1]]) - low
     last = np.array([width - 1, height - 1])
     u, v = np.meshgrid(np.linspace(0, 1, width), np.linspace(0, 1, height))
-    column = (u * (len(chart.x) - 1)).round().astype(int)
-    row = (v * (len(chart.y) - 1)).round().astype(int)
-    guess = chart.unstable[row, column]
+    column = (u * (len(x) - 1)).round().astype(int)
+    row = (v * (len(y) - 1)).round().astype(int)
+    guess = counts[row, column]
     endless = np.isinf(guess)
     wall = np.zeros((height, width), bool)
-    for boundary in chart.boundaries:
-        at = (boundary.points - low) / size * last
+    for points in boundaries:
+        at = (points - low) / size * last
         # Points half a pixel apart touch corner to corner: no flood of four neighbours leaks.
         steps = np.maximum(np.ceil(2 * np.abs(np.diff(at, axis=0)).max(axis=1)), 1).astype(int)
         for a, b, n in zip(at[:-1], at[1:], steps, strict=True):
@@ -55,15 +53,15 @@ def flood(chart: StabilityChart, width: int, height: int) -> Regions:
             wall[np.clip(j, 0, height - 1), np.clip(i, 0, width - 1)] = True
     labels, number = ndimage.label(~wall & ~endless)
     corners = np.meshgrid(
-        np.linspace(0, width - 1, len(chart.x)).round().astype(int),
-        np.linspace(0, height - 1, len(chart.y)).round().astype(int),
+        np.linspace(0, width - 1, len(x)).round().astype(int),
+        np.linspace(0, height - 1, len(y)).round().astype(int),
     )
     at_corner = labels[corners[1], corners[0]]
     unstable = np.where(endless, np.inf, np.nan)
     for label in range(1, number + 1):
         inside = labels == label
-        counts = chart.unstable[at_corner == label]
-        values, often = np.unique(counts if len(counts) else guess[inside], return_counts=True)
+        found = counts[at_corner == label]
+        values, often = np.unique(found if len(found) else guess[inside], return_counts=True)
         unstable[inside] = values[np.argmax(often)]
     known = ~np.isnan(unstable)
     if known.any():
@@ -80,6 +78,6 @@ def flood(chart: StabilityChart, width: int, height: int) -> Regions:
         deep = np.argwhere(depth >= 0.9 * depth.max())
         away = np.linalg.norm((deep - np.argwhere(mask).mean(axis=0)) / mask.shape, axis=1)
         j, i = deep[int(np.argmin(away))]
-        x, y = low + size * np.array([i, j]) / last
-        places.append((float(x), float(y), float(unstable[j, i]), float(mask.mean())))
+        u_, v_ = low + size * np.array([i, j]) / last
+        places.append((float(u_), float(v_), float(unstable[j, i]), float(mask.mean())))
     return Regions(unstable, tuple(places))

@@ -10,7 +10,7 @@ samples to `held`, the numbers of the closed loop to `recursion`, and its poles 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.diagram import sampling
+from vsctrl.diagram import recursion_poles, sampling
 from vsctrl.diagram.blocks import Block
 from vsctrl.diagram.foreign import exact_number
 from vsctrl.diagram.quantities import is_finite, shown
@@ -27,7 +27,7 @@ from vsctrl.diagram.sampled_channel import SampledChannel, SampledLoop
 from vsctrl.errors import ImproperError, InputError, nearest
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.system import System
+    from vsctrl.diagram.numeric import Numeric
 
 Complex = NDArray[np.complex128]
 
@@ -52,7 +52,7 @@ class SampledSystem:
     hold does not cut, and for a block upstream of the hold that differentiates a held signal.
     """
 
-    system: System
+    system: Numeric
     period: float
     hold: str = "T"
     digital: Mapping[str, str] = field(default_factory=dict)
@@ -81,9 +81,10 @@ class SampledSystem:
                 f"{self.hold!r} is an input, so that no loop runs through it; "
                 "sample with hold= the signal of the loop that the computer holds."
             )
-        opened = self.system.open(self.hold)
-        twin = SampledSystem(opened.system, self.period, opened.source, self.digital)
-        return SampledLoop(twin, opened.source, opened.target, sign=-1)
+        cut = f"{self.hold}__cut"
+        opened = replace(self.system, diagram=self.system.diagram.open(self.hold))
+        twin = SampledSystem(opened, self.period, cut, self.digital)
+        return SampledLoop(twin, cut, self.hold, sign=-1)
 
     def _refuse_to_open(self, signal: object) -> None:
         remedy = "leave the signal out"
@@ -96,12 +97,12 @@ class SampledSystem:
 
     def poles(self, n: int | None = None) -> Complex:
         """The n poles of largest modulus (all without n) of the whole diagram, in z."""
-        return self._recursion.poles(n)
+        return recursion_poles.largest(self._recursion, n)
 
     @property
     def is_stable(self) -> bool:
         """Whether all poles are inside the unit circle."""
-        return self._recursion.is_stable
+        return recursion_poles.is_stable(self._recursion)
 
     @cached_property
     def _recursion(self) -> Recursion:
@@ -157,7 +158,7 @@ class SampledSystem:
         ]
 
 
-def _check(system: System, period: float, hold: str, digital: Mapping[str, str]) -> None:
+def _check(system: Numeric, period: float, hold: str, digital: Mapping[str, str]) -> None:
     if not isinstance(period, int | float | np.number) or not is_finite(period) or period <= 0:
         raise InputError(
             f"sampled: period = {shown(period)} is not usable; give a finite time above 0 s."

@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.diagram import frequency, sampling, transfer
+from vsctrl.diagram import frequency, recursion_poles, sampling, transfer
+from vsctrl.diagram.numeric import Numeric
 from vsctrl.diagram.quantities import frequencies, points, reals, shown
 from vsctrl.diagram.recursion import Recursion
 from vsctrl.diagram.signals import Signal
@@ -23,19 +24,27 @@ from vsctrl.errors import InputError, LimitError
 if TYPE_CHECKING:
     import control
 
-    from vsctrl.diagram.sampled import SampledSystem
-
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 MOST_SAMPLES = 10_000_000  #: of one response, which is worked out sample by sample
 
 
+class Twin(Protocol):
+    """What a channel asks of the sampled system that it is one of."""
+
+    @property
+    def system(self) -> Numeric: ...
+    @property
+    def period(self) -> float: ...
+    def recursion(self, targets: tuple[str, ...], source: str | None = None) -> Recursion: ...
+
+
 @dataclass(frozen=True)
 class SampledChannel:
     """A transfer function in z between an input and the samples of a signal, `sign` included."""
 
-    twin: SampledSystem
+    twin: Twin
     source: str
     target: str
     sign: int = 1
@@ -151,12 +160,12 @@ class SampledChannel:
 
         States that the wiring leaves out of loop and channel are left out.
         """
-        return self.recursion.poles(n)
+        return recursion_poles.largest(self.recursion, n)
 
     @property
     def is_stable(self) -> bool:
         """Whether all poles are inside the unit circle."""
-        return self.recursion.is_stable
+        return recursion_poles.is_stable(self.recursion)
 
     def state_space(self) -> control.StateSpace:
         """The channel as python-control's state space with dt = period, delays as registers."""
@@ -200,7 +209,7 @@ class SampledLoop(SampledChannel):
         rates = np.abs(np.log(poles[poles != 0])) / T
         # The band ends tenfold above the highest rate.
         rates = np.minimum(np.concatenate([rates, [top, 1 / late if late else top]]), top / 10)
-        unstable = int((np.abs(self.closed.all_poles) >= 1 - 1e-12).sum())
+        unstable = int((np.abs(recursion_poles.poles(self.closed)) >= 1 - 1e-12).sum())
         return self._with_ends(frequency.margins(L, rates, late, unstable), top)
 
     def _with_ends(self, found: frequency.Margins, top: float) -> frequency.Margins:

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.channel import Channel
-    from vsctrl.diagram.diagram import Diagram
+    from vsctrl.diagram.faces import Channel, System
+    from vsctrl.diagram.wiring import Wiring
 
 Complex = NDArray[np.complex128]
 
@@ -53,7 +53,7 @@ class Approach:
         )  # fmt: skip
 
 
-def approach(channel: Channel, unit: float) -> Approach:
+def approach(system: System, channel: Channel, unit: float) -> Approach:
     """The twin of a channel at ever shorter periods, beginning at a fraction of `unit` (s).
 
     Errors: `InputError` where no signal can be held, and for delays that share no period.
@@ -68,7 +68,7 @@ def approach(channel: Channel, unit: float) -> Approach:
     for hold in _candidates(channel.system.diagram, channel.source, channel.target):
         try:
             for shorter in SHORTER:
-                found = _errors(channel, unit, period / shorter, hold, digital)
+                found = _errors(system, channel, unit, period / shorter, hold, digital)
                 if found.first_order:
                     break
         except InputError as error:
@@ -79,13 +79,13 @@ def approach(channel: Channel, unit: float) -> Approach:
 
 
 def _errors(
-    channel: Channel, unit: float, period: float, hold: str, digital: dict[str, str]
+    system: System, channel: Channel, unit: float, period: float, hold: str, digital: dict[str, str]
 ) -> Approach:
     omega = np.array([0.1, 0.4, 1.0, 2.0]) / unit
     exact: Complex = channel(1j * omega)
 
     def value(T: float) -> Complex:
-        twin = channel.system.sampled(T, hold, digital)[channel.source, channel.target]
+        twin = system.sampled(T, hold, digital)[channel.source, channel.target]
         return np.asarray(channel.sign * twin(np.exp(1j * omega * T)), complex)
 
     def error(H: Complex) -> float:
@@ -113,7 +113,7 @@ def _period(channel: Channel, unit: float) -> float:
     return float(common / 2 ** max(0, math.ceil(math.log2(float(common) * PERIODS / unit))))
 
 
-def _candidates(diagram: Diagram, source: str, target: str) -> list[str]:
+def _candidates(diagram: Wiring, source: str, target: str) -> list[str]:
     """Signals of a loop, those on the way from source to target first; then the source."""
     after: dict[str, set[str]] = {name: set() for name in diagram.signals}
     for part in diagram.parts:

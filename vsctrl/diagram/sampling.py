@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from vsctrl.diagram import delay, held
 from vsctrl.diagram.blocks import Block
-from vsctrl.diagram.diagram import Diagram
+from vsctrl.diagram.model import Model
 from vsctrl.diagram.recursion import Recursion
 from vsctrl.diagram.transfer import BlockCoefficients
 from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
     from vsctrl.diagram.blocks import Part
-    from vsctrl.diagram.system import System
+    from vsctrl.diagram.numeric import Numeric
 
 Array = NDArray[np.float64]
 Side = dict[tuple[int, Fraction], float]
@@ -76,14 +76,14 @@ def _in_q(name: str, side: Side, order: int, method: str, period: Fraction) -> F
 class Cut:
     """A diagram cut at its hold and at its digital blocks; `asked` and `held` belong in pairs."""
 
-    diagram: Diagram
+    diagram: Model
     blocks: list[BlockCoefficients]
     asked: tuple[str, ...]  #: signals that are sampled
     held: tuple[str, ...]  #: inputs that they become after the computer
     filters: tuple[tuple[Filter, Filter], ...]
 
 
-def cut(system: System, period: Fraction, hold: str, digital: dict[str, str]) -> Cut:
+def cut(system: Numeric, period: Fraction, hold: str, digital: dict[str, str]) -> Cut:
     """Cut the diagram; a hold at an input cuts nothing, since inputs are held anyway."""
     diagram = system.diagram
     numbers = {block.name: block for block in system.blocks}
@@ -110,7 +110,7 @@ def cut(system: System, period: Fraction, hold: str, digital: dict[str, str]) ->
         held_.append(got)
     inputs = (*system.diagram.inputs, *held_)
     outputs = tuple(dict.fromkeys((*system.diagram.outputs, *asked)))
-    opened = Diagram(parts, inputs=inputs, outputs=outputs)
+    opened = type(diagram)(parts, inputs=inputs, outputs=outputs)
     blocks = [numbers[block.name] for block in opened.blocks]
     return Cut(opened, blocks, tuple(asked), tuple(held_), tuple(filters))
 

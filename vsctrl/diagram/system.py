@@ -17,17 +17,15 @@ from numpy.typing import ArrayLike, NDArray
 from vsctrl.diagram import (
     count,
     crosscheck,
-    delay,
     roots,
-    transfer,
 )
 from vsctrl.diagram.channel import Channel, OpenLoop, check_roots
+from vsctrl.diagram.numeric import Numeric
 from vsctrl.diagram.quantities import real_number, reals, shown
 from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
     from vsctrl.diagram.chart import StabilityChart
-    from vsctrl.diagram.diagram import Diagram
     from vsctrl.diagram.sampled import SampledSystem
 
 Array = NDArray[np.float64]
@@ -38,19 +36,8 @@ FARTHEST = 700.0
 
 
 @dataclass(frozen=True)
-class System:
+class System(Numeric):
     """A diagram with a number for every parameter (SI units)."""
-
-    diagram: Diagram
-    values: dict[str, float]
-
-    def __post_init__(self) -> None:
-        self.blocks  # noqa: B018 - bad values are refused when the numbers go in, not later
-
-    @cached_property
-    def blocks(self) -> list[transfer.BlockCoefficients]:
-        """The blocks in numbers."""
-        return self.diagram.coefficients(self.values)
 
     def __getitem__(self, channel: tuple[str, str]) -> Channel:
         """The channel from an input to any signal, ``system["S_ref", "S"]``."""
@@ -60,7 +47,7 @@ class System:
 
     def with_(self, **values: float) -> System:
         """The same diagram with some parameters changed."""
-        return self.diagram.at({**self.values, **values})
+        return System(self.diagram, self.diagram.numbers({**self.values, **values}))
 
     def open(self, signal: str) -> OpenLoop:
         """The loop transfer function L of the return difference 1 + L, broken at a named signal."""
@@ -126,8 +113,7 @@ class System:
                 f"root_locus: values = {shown(values)} is not usable; "
                 "give one finite real number or more."
             )
-        at = self.diagram.at
-        rows = [at({**self.values, parameter: v}).poles(n)[:n] for v in given.ravel().tolist()]
+        rows = [self.with_(**{parameter: v}).poles(n)[:n] for v in given.ravel().tolist()]
         return np.array([np.pad(row, (0, n - len(row)), constant_values=np.nan) for row in rows])
 
     def stability_chart(
@@ -155,11 +141,6 @@ class System:
         from vsctrl.diagram.chart import stability_chart
 
         return stability_chart(self, {**(ranges or {}), **keywords}, grid)
-
-    @cached_property
-    def autonomous(self) -> delay.DelaySystem:
-        """The diagram's delay system with no inputs and no outputs, whose roots are its poles."""
-        return delay.realise(self.diagram, self.blocks, (), ())
 
     @cached_property
     def unstable_roots(self) -> float:

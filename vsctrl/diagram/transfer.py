@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 import sympy as sp
@@ -21,11 +21,9 @@ from sympy.polys.matrices import DomainMatrix
 
 from vsctrl.diagram.blocks import Block, delay_symbol
 from vsctrl.diagram.foreign import exact_number
+from vsctrl.diagram.wiring import Wiring, resolve
 from vsctrl.errors import InputError
 from vsctrl.symbols import s
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.diagram import Diagram
 
 #: |log| of the numbers that are left to floats, which end at e^709: some room for products is kept
 FARTHEST = 600.0
@@ -33,38 +31,10 @@ FARTHEST = 600.0
 FIRST_DIGITS, MOST_DIGITS = 50, 12_800  #: decimal digits of `settled`
 
 
-def resolve(diagram: Diagram, signal: str) -> dict[str, int]:
-    """The signal as a signed sum of block outputs and inputs, sums between them expanded."""
-
-    def expand(name: str, above: tuple[str, ...]) -> dict[str, int]:
-        part = diagram.drivers.get(name)
-        if part is None or isinstance(part, Block):
-            return {name: 1}
-        if name in above:
-            loop = " → ".join((*above[above.index(name) :], name))
-            raise InputError(
-                f"Diagram: the sums {loop} feed each other without a block between them; "
-                "put a Block with the gain you mean into that loop."
-            )
-        total: dict[str, int] = {}
-        for sign, term in part.terms:
-            for leaf, factor in expand(term, (*above, name)).items():
-                total[leaf] = total.get(leaf, 0) + sign * factor
-        return {leaf: factor for leaf, factor in total.items() if factor}
-
-    return expand(signal, ())
-
-
-def check_sums(diagram: Diagram) -> None:
-    """Raise a sentence if sums feed each other in a loop."""
-    for name in diagram.drivers:
-        resolve(diagram, name)
-
-
 class GainForm:
     """Every channel of a diagram as N(g)/Δ(g), polynomials in its block gains g₁…gₙ."""
 
-    def __init__(self, diagram: Diagram) -> None:
+    def __init__(self, diagram: Wiring) -> None:
         self.diagram = diagram
         self.letters = sp.symbols(f"g1:{len(diagram.blocks) + 1}")
         self.ring = sp.ZZ[self.letters] if self.letters else sp.ZZ
@@ -111,14 +81,25 @@ class GainForm:
         return self.ring.to_sympy(num), self.ring.to_sympy(den)
 
 
-def expression(diagram: Diagram, source: str, target: str) -> sp.Expr:
+class Solved(Protocol):
+    """A wiring that keeps its loop equations solved."""
+
+    @property
+    def gains(self) -> GainForm: ...
+    @property
+    def blocks(self) -> tuple[Block, ...]: ...
+    @property
+    def parameters(self) -> dict[str, sp.Symbol]: ...
+
+
+def expression(diagram: Solved, source: str, target: str) -> sp.Expr:
     """The channel's transfer function in lowest terms, delays written back as exp(−τ s)."""
     num, den = polynomials(diagram, source, target)
     delays = {q: sp.exp(-tau * s) for b in diagram.blocks for q, tau in b.rational.delays.items()}
     return sp.factor_terms(num).xreplace(delays) / sp.factor_terms(den).xreplace(delays)
 
 
-def polynomials(diagram: Diagram, source: str, target: str) -> tuple[sp.Expr, sp.Expr]:
+def polynomials(diagram: Solved, source: str, target: str) -> tuple[sp.Expr, sp.Expr]:
     """Numerator and denominator of a channel, polynomials in s, delay symbols and parameters."""
     num, den = diagram.gains.channel(source, target)
     gains = dict(
@@ -134,14 +115,14 @@ def polynomials(diagram: Diagram, source: str, target: str) -> tuple[sp.Expr, sp
     return sp.fraction(sp.cancel(sp.together(num.xreplace(gains)) / bottom))
 
 
-def _singular(diagram: Diagram) -> InputError:
+def _singular(diagram: Solved) -> InputError:
     return InputError(
         f"transfer: the loop through {', '.join(block.name for block in diagram.blocks)} is "
         "singular (its return difference is zero); change one of the gains in it."
     )
 
 
-def evaluator(diagram: Diagram, source: str, target: str) -> Callable[..., Any]:
+def evaluator(diagram: Solved, source: str, target: str) -> Callable[..., Any]:
     """Compile a channel to ``f(s, *parameters)`` on NumPy arrays, common subexpressions shared."""
     num, den = diagram.gains.channel(source, target)
     gains = {g: above / below for g, (above, below) in _numeric_gains(diagram).items()}
@@ -152,7 +133,7 @@ def evaluator(diagram: Diagram, source: str, target: str) -> Callable[..., Any]:
 
 
 def pole_free_evaluator(
-    diagram: Diagram, source: str, target: str, modules: str = "numpy"
+    diagram: Solved, source: str, target: str, modules: str = "numpy"
 ) -> Callable[..., Any]:
     """The same as (numerator, denominator), both finite where a block is infinite.
 
@@ -182,7 +163,7 @@ def pole_free_evaluator(
     )
 
 
-def _numeric_gains(diagram: Diagram) -> dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]:
+def _numeric_gains(diagram: Solved) -> dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]:
     """(numerator, denominator) of each block gain in s and parameters, delays as exp(−τ s)."""
     gains = {}
     for letter, block in zip(diagram.gains.letters, diagram.blocks, strict=True):
@@ -193,7 +174,7 @@ def _numeric_gains(diagram: Diagram) -> dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]
     return gains
 
 
-def _compiled(diagram: Diagram, expr: Any, modules: str = "numpy") -> Callable[..., Any]:
+def _compiled(diagram: Solved, expr: Any, modules: str = "numpy") -> Callable[..., Any]:
     return sp.lambdify([s, *diagram.parameters.values()], expr, modules=modules, cse=True)
 
 
@@ -242,13 +223,13 @@ class BlockCoefficients:
 class Coefficients:
     """Every coefficient and delay of a diagram as one compiled function of its parameters."""
 
-    def __init__(self, diagram: Diagram, flat: Callable[..., Any], delays: list[sp.Expr]) -> None:
+    def __init__(self, diagram: Wiring, flat: Callable[..., Any], delays: list[sp.Expr]) -> None:
         self._diagram = diagram
         self._flat = flat
         self._delays = delays
 
     @classmethod
-    def compile(cls, diagram: Diagram) -> Coefficients:
+    def compile(cls, diagram: Wiring) -> Coefficients:
         """Compile the flat list of all coefficients and all delays of a diagram."""
         delays = list(
             {q: tau for b in diagram.blocks for q, tau in b.rational.delays.items()}.values()

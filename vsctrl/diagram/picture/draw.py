@@ -20,7 +20,7 @@ from vsctrl.diagram.picture.place import Graph
 from vsctrl.diagram.picture.route import route
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.diagram import Diagram
+    from vsctrl.diagram.wiring import Wiring
 
 MATH, NAME, SIGNAL = 17.0, 11.5, 15.0  #: font sizes, px
 _BAR = 0.5  #: em from a fraction's bar to the ink beside it
@@ -38,7 +38,7 @@ fill:currentColor;stroke:none;text-anchor:middle}}
 #{id} .ink{{fill:currentColor;stroke:none}}"""
 
 
-def svg(diagram: Diagram) -> str:
+def svg(diagram: Wiring) -> str:
     """The diagram as one self-contained ``<svg>`` element."""
     grid, picture, formulas = draft(diagram)
     body = "\n".join(
@@ -66,7 +66,7 @@ def svg(diagram: Diagram) -> str:
     )
 
 
-def draft(diagram: Diagram) -> tuple[Grid, Picture, dict[int, typeset.Formula]]:
+def draft(diagram: Wiring) -> tuple[Grid, Picture, dict[int, typeset.Formula]]:
     """The diagram placed, wired and measured, with the formula of each block."""
     graph = Graph(diagram)
     grid = build(graph)

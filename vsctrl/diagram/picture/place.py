@@ -16,7 +16,7 @@ from vsctrl.diagram.blocks import Block
 
 if TYPE_CHECKING:
     from vsctrl.diagram.blocks import Sum
-    from vsctrl.diagram.diagram import Diagram
+    from vsctrl.diagram.wiring import Wiring
 
 SEARCH = 4000  #: steps spent on a longest path; beyond, the best one found so far is taken
 
@@ -43,7 +43,7 @@ class Spot:
 class Graph:
     """The diagram's parts and ends as nodes, joined by signals."""
 
-    def __init__(self, diagram: Diagram) -> None:
+    def __init__(self, diagram: Wiring) -> None:
         self.nodes = [node for part in diagram.shown for node in _nodes(part)]
         self.nodes += [Node("input", (), name) for name in diagram.inputs]
         self.nodes += [Node("output", ((1, name),), "") for name in dict.fromkeys(diagram.outputs)]

@@ -1,0 +1,30 @@
+"""A model with a number for every parameter: what every numeric method works on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from vsctrl.diagram import delay, transfer
+from vsctrl.diagram.model import Model
+
+
+@dataclass(frozen=True)
+class Numeric:
+    """A diagram with a number for every parameter (SI units)."""
+
+    diagram: Model
+    values: dict[str, float]
+
+    def __post_init__(self) -> None:
+        self.blocks  # noqa: B018 - bad values are refused when the numbers go in, not later
+
+    @cached_property
+    def blocks(self) -> list[transfer.BlockCoefficients]:
+        """The blocks in numbers."""
+        return self.diagram.coefficients(self.values)
+
+    @cached_property
+    def autonomous(self) -> delay.DelaySystem:
+        """The diagram's delay system with no inputs and no outputs, whose roots are its poles."""
+        return delay.realise(self.diagram, self.blocks, (), ())
