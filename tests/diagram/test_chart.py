@@ -9,7 +9,7 @@ import sympy as sp
 from scipy.special import lambertw
 
 import vsctrl as vs
-from vsctrl.diagram.determinant import Determinant
+from vsctrl.diagram.stability_chart.characteristic import Determinant
 from vsctrl.errors import InputError
 from vsctrl.report import plots
 from vsctrl.symbols import lam, s, tau

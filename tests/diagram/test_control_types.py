@@ -7,7 +7,8 @@ import pytest
 from delay_oracle import WORKING, figure1
 from matplotlib import pyplot as plt
 
-from vsctrl.diagram import Ramp, Sine, Step, Sum, signals
+from vsctrl.diagram import Ramp, Sine, Step, Sum
+from vsctrl.diagram.signals import elementary
 
 mpl.use("Agg")
 
@@ -107,14 +108,14 @@ def test_signals_are_what_their_names_say():
     t = np.array([0.0, 0.5, 2.0])
     np.testing.assert_allclose(Step(3.0)(t), 3.0)
     np.testing.assert_allclose(Ramp(3.0)(t), 3 * t)
-    np.testing.assert_allclose(signals.Parabola(3.0)(t), 1.5 * t**2)
+    np.testing.assert_allclose(elementary.Parabola(3.0)(t), 1.5 * t**2)
     np.testing.assert_allclose(Sine(4.0, 0.5)(t), 0.5 * np.sin(4 * t))
 
 
 def test_the_laplace_transform_and_jumps_of_each_signal():
     """∫ u e^{−st} by quadrature at s = 2; its derivatives at 0 from s^{k+1} U(s) as s → ∞."""
     t, w = np.polynomial.laguerre.laggauss(60)
-    for u in (Step(3.0), Ramp(3.0), signals.Parabola(3.0), Sine(0.7, 0.5)):
+    for u in (Step(3.0), Ramp(3.0), elementary.Parabola(3.0), Sine(0.7, 0.5)):
         # ∫ u(t) e^{−2t} dt = ∫ u(x/2) e^{−x} dx / 2
         assert (w * u(t / 2)).sum() / 2 == pytest.approx(u.laplace(2.0), rel=1e-12, abs=0)
         jumps = u.jumps(6)

@@ -7,18 +7,13 @@ import pytest
 import sympy as sp
 from delay_oracle import WORKING, figure1
 
-from vsctrl.diagram import (
-    Block,
-    Diagram,
-    Sum,
-    crosscheck,
-    held,
-    pade,
-    roots,
-    sampled_channel,
-    system,
-)
-from vsctrl.diagram.delay import DelaySystem
+from vsctrl.diagram import Block, Diagram, Sum, system
+from vsctrl.diagram.consistency import crosscheck
+from vsctrl.diagram.pade import approximant
+from vsctrl.diagram.pade import order as pade
+from vsctrl.diagram.realisation.delay_system import DelaySystem
+from vsctrl.diagram.roots import rightmost
+from vsctrl.diagram.sampled import channel, zero_order_hold
 from vsctrl.symbols import s, tau
 
 SMITH = Diagram(
@@ -66,12 +61,12 @@ def bent_transfer(monkeypatch):
 
 
 def bent_roots(monkeypatch):
-    right = roots.rightmost
+    right = rightmost.rightmost
     monkeypatch.setattr(system.roots, "rightmost", lambda *given: right(*given) * (1 + 1e-4))
 
 
 def bent_pade(monkeypatch):
-    right = pade.pade_delay
+    right = approximant.pade_delay
     monkeypatch.setattr(pade, "pade_delay", lambda late, order: right(1.01 * late, order))
 
 
@@ -83,14 +78,14 @@ def bent_response(monkeypatch):
 
 def bent_twin(monkeypatch):
     """A delay that the twin takes for one of 2 % more."""
-    right = held.ago
-    monkeypatch.setattr(held, "ago", lambda theta, T: right(theta * Fraction(51, 50), T))
+    right = zero_order_hold.ago
+    monkeypatch.setattr(zero_order_hold, "ago", lambda theta, T: right(theta * Fraction(51, 50), T))
 
 
 def bent_gain_of_the_twin(monkeypatch):
-    right = sampled_channel.SampledChannel.__call__
+    right = channel.SampledChannel.__call__
     monkeypatch.setattr(
-        sampled_channel.SampledChannel, "__call__", lambda self, z: right(self, z) * (1 + 1e-3)
+        channel.SampledChannel, "__call__", lambda self, z: right(self, z) * (1 + 1e-3)
     )
 
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from delay_oracle import WORKING, figure1, figure1_response
 
-from vsctrl.diagram import Parabola, Ramp, Sine, Step, response
+from vsctrl.diagram import Parabola, Ramp, Sine, Step
+from vsctrl.diagram.time import collocation
 
 LATE = 0.08
 ROUNDING = 1e-13  # a few hundred operations of order one, each rounded to 1.1e-16
@@ -17,7 +18,7 @@ SIGNALS = {
     "parabola": Parabola(1.0),
     "sine": Sine(3.0, 1.0),
 }
-# Kinks, just beside them, within the first pieces, and far out.
+# BreakingPoints, just beside them, within the first pieces, and far out.
 TIMES = np.array([0, 0.013, 0.0799999, 0.08, 0.0800001, 0.16, 0.21, 0.24, 1, 3.3, 7.28, 10.0])
 
 
@@ -32,7 +33,7 @@ def exact(kind, times, x, late=LATE, k_ff=0.0, omega=3.0):
 
 
 def pieces(H, signal, horizon):
-    return len(response.solve(H.realisation, signal, horizon).ends) - 1
+    return len(collocation.solve(H.realisation, signal, horizon).ends) - 1
 
 
 @pytest.mark.parametrize("x", [0.05, 0.1, 0.2, 1 / math.e, 0.7012, 1.0, 1.3, 1.5])

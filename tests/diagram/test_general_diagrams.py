@@ -10,7 +10,8 @@ import sympy as sp
 from delay_oracle import Box, Network
 from scipy import signal as scipy_signal
 
-from vsctrl.diagram import Block, Diagram, Parabola, Ramp, Sine, Step, Sum, response
+from vsctrl.diagram import Block, Diagram, Parabola, Ramp, Sine, Step, Sum
+from vsctrl.diagram.time import collocation
 from vsctrl.errors import InputError
 from vsctrl.symbols import s
 
@@ -18,7 +19,7 @@ T1, T2, K = sp.symbols("T_1 T_2 K", positive=True)
 
 
 def pieces(channel, horizon=10.0):
-    return len(response.solve(channel.realisation, Step(), horizon).ends) - 1
+    return len(collocation.solve(channel.realisation, Step(), horizon).ends) - 1
 
 
 def values(channel, times, signal=None):

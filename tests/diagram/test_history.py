@@ -13,20 +13,9 @@ from scipy.integrate import solve_ivp
 
 import vsctrl as vs
 from vsctrl import InputError
-from vsctrl.diagram import (
-    Block,
-    Diagram,
-    Parabola,
-    Pulse,
-    Ramp,
-    Samples,
-    Sine,
-    Step,
-    Sum,
-    past,
-    response,
-)
-from vsctrl.diagram.signals import Cosine
+from vsctrl.diagram import Block, Diagram, Parabola, Pulse, Ramp, Samples, Sine, Step, Sum
+from vsctrl.diagram.signals.elementary import Cosine
+from vsctrl.diagram.time import collocation, initial_function
 from vsctrl.symbols import s
 
 K, T1, T2 = sp.symbols("K T_1 T_2", positive=True)
@@ -54,11 +43,11 @@ def steps(slope, past, delays, kinks=(), t=T):
 
     def at(time, i):
         if time <= 0 and not (pieces and time > -1e-13):
-            return past(time)[i]
+            return initial_function(time)[i]
         k = min(max(np.searchsorted(ends, time + 1e-13, side="right") - 1, 0), len(pieces) - 1)
         return pieces[k](time)[i]
 
-    x, out = np.array(past(0.0), float), np.zeros((len(t), len(past(0.0))))
+    x, out = np.array(initial_function(0.0), float), np.zeros((len(t), len(initial_function(0.0))))
     for a, b in itertools.pairwise(ends):
         middle = (a + b) / 2
 
@@ -420,7 +409,7 @@ def test_stopping_and_starting_again_changes_nothing(pole, gain, first, second, 
     system = diagram.at(K=gain, T_1=pole, T_2=second, L=first)
     signal = Step() + Sine(omega)
     after = Step() + Sine(omega, math.cos(omega * stop)) + Cosine(omega, math.sin(omega * stop))
-    recorded = response.solve(system["r", "x"].realisation, signal, stop + 2.0)
+    recorded = collocation.solve(system["r", "x"].realisation, signal, stop + 2.0)
     history = {"r": lambda t: signal(t + stop), "x": lambda t: recorded(t + stop)[:, 0]}
     at = np.linspace(0, 1.99, 67)
     y = values(system["r", "x"], history, after, at)
@@ -449,10 +438,12 @@ def test_a_past_is_asked_no_further_back_than_the_delay():
 
 
 def test_a_smooth_past_is_one_piece_and_a_kink_is_found_where_it_is():
-    smooth = past.resolve(np.cos, 1.0, sp.Rational(1, 2), "φ")
+    smooth = initial_function.resolve(np.cos, 1.0, sp.Rational(1, 2), "φ")
     assert len(smooth.coefficients) == 1
-    bent = past.resolve(lambda t: np.abs(t + 0.3), 0.3, past.Fraction(7, 10), "φ")
-    assert bent.kinks == [past.Fraction(-3, 10)]
+    bent = initial_function.resolve(
+        lambda t: np.abs(t + 0.3), 0.3, initial_function.Fraction(7, 10), "φ"
+    )
+    assert bent.kinks == [initial_function.Fraction(-3, 10)]
 
 
 # Refusals ----------------------------------------------------------------------------------------

@@ -113,7 +113,7 @@ def test_the_opened_loop_closes_to_the_same_poles(case):
     """1 + L(p) = 0 at each pole that the loop moves, and `stable` says where they are."""
     sampled, _ = twin(case)
     L = sampled.open()
-    poles, open_poles = L.closed.all_poles, L.poles()
+    poles, open_poles = poles_of(L.closed), L.poles()
     for pole in poles[np.abs(poles) > 0.3]:
         if np.abs(open_poles - pole).min(initial=1.0) < 1e-4:
             continue  # a zero of one box cancels it, so that L is blind to it

@@ -8,7 +8,8 @@ import pytest
 import sympy as sp
 from delay_oracle import WORKING, figure1
 
-from vsctrl.diagram import Block, Diagram, Sum, sampled_channel, sampling
+from vsctrl.diagram import Block, Diagram, Sum
+from vsctrl.diagram.sampled import channel, cut
 from vsctrl.symbols import s
 
 T = 0.04
@@ -179,8 +180,8 @@ def test_python_controls_bode_and_nyquist_plots_take_it():
 
 # Sabotage -------------------------------------------------------------------------------------
 def test_a_closed_loop_with_the_wrong_sign_is_noticed(monkeypatch):
-    right = sampling.closed
+    right = cut.closed
     monkeypatch.setattr(
-        sampled_channel.sampling, "closed", lambda loop, sign, hold: right(loop, -sign, hold)
+        channel.sampling, "closed", lambda loop, sign, hold: right(loop, -sign, hold)
     )
     assert not loop(0.1).margins().stable

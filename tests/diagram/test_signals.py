@@ -14,20 +14,9 @@ from hypothesis import strategies as st
 from scipy import signal as scipy_signal
 
 from vsctrl import InputError, LimitError, loop
-from vsctrl.diagram import (
-    Block,
-    Diagram,
-    Parabola,
-    Pulse,
-    Ramp,
-    Samples,
-    Sine,
-    Step,
-    Sum,
-    response,
-    superpose,
-)
-from vsctrl.diagram.signals import Cosine
+from vsctrl.diagram import Block, Diagram, Parabola, Pulse, Ramp, Samples, Sine, Step, Sum
+from vsctrl.diagram.signals.elementary import Cosine
+from vsctrl.diagram.time import collocation, superposition
 from vsctrl.symbols import s
 
 LATE = 0.08
@@ -49,7 +38,7 @@ def series(kind, times, feed=0.0, omega=1.0):
 
 
 def pieces(channel, signal, horizon):
-    return len(response.solve(channel.realisation, signal, horizon).ends) - 1
+    return len(collocation.solve(channel.realisation, signal, horizon).ends) - 1
 
 
 # What a signal is ------------------------------------------------------------------------------
@@ -306,7 +295,7 @@ def test_many_samples_are_the_few_ones_superposed(hold, monkeypatch):
     ]
     channel = LOOP["S_ref", "S"]
     quick = [values(channel, u, t, side) for t in grids for side in ("left", "right")]
-    monkeypatch.setattr(superpose, "MANY_SAMPLES", 1000)
+    monkeypatch.setattr(superposition, "MANY_SAMPLES", 1000)
     slow = [values(channel, u, t, side) for t in grids for side in ("left", "right")]
     for a, b in zip(quick, slow, strict=True):
         np.testing.assert_allclose(a, b, atol=2e-12)

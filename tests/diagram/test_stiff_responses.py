@@ -11,7 +11,7 @@ from sympy import exp
 
 from vsctrl.diagram import Block, Diagram, Sum
 from vsctrl.diagram.channel import Channel
-from vsctrl.diagram.signals import Sine, Step
+from vsctrl.diagram.signals.elementary import Sine, Step
 from vsctrl.errors import InputError, LimitError
 from vsctrl.symbols import s
 
@@ -121,7 +121,7 @@ def test_a_change_too_late_for_its_delay_is_refused():
 
 
 def test_too_many_pieces_are_blamed_on_what_asks_for_them(monkeypatch):
-    monkeypatch.setattr("vsctrl.diagram.response.MAX_PIECES", 200)
+    monkeypatch.setattr("vsctrl.diagram.time.collocation.MAX_PIECES", 200)
     with pytest.raises(LimitError, match=r"200 pieces by t = .* changes within") as fast:
         answer(alone(1 / (s + 1)), [10.0], Sine(1e4))
     assert "neutral" not in str(fast.value)

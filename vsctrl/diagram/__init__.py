@@ -3,11 +3,11 @@
 Numbers and pictures load on first use; making a diagram needs SymPy only.
 """
 
-from vsctrl.diagram.blocks import Block, Sum
+from vsctrl.diagram.description.blocks import Block, Sum
 from vsctrl.diagram.diagram import Diagram
-from vsctrl.diagram.exponential import Exponential
-from vsctrl.diagram.samples import Samples
-from vsctrl.diagram.signals import Parabola, Pulse, Ramp, Signal, Sine, Step
+from vsctrl.diagram.signals.elementary import Exponential, Parabola, Pulse, Ramp, Sine, Step
+from vsctrl.diagram.signals.samples import Samples
+from vsctrl.diagram.signals.signal import Signal
 
 __all__ = [
     "Block",

@@ -14,25 +14,30 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.diagram import chains, count, delay, frequency, pade, rest, roots, transfer
-from vsctrl.diagram import history as remembered
-from vsctrl.diagram.foreign import exact_number
-from vsctrl.diagram.numeric import Numeric
-from vsctrl.diagram.quantities import check_side, frequencies, points, reals, shown
-from vsctrl.diagram.signals import Signal
-from vsctrl.errors import InputError, LimitError
+from vsctrl.diagram.description.control_systems import exact_number
+from vsctrl.diagram.frequency import high_frequency
+from vsctrl.diagram.frequency import margins as frequency
+from vsctrl.diagram.frequency import value as frequency_value
+from vsctrl.diagram.pade import order as pade
+from vsctrl.diagram.quantities import check_side, frequencies, points, shown
+from vsctrl.diagram.realisation import assembly, delay_system
+from vsctrl.diagram.realisation.numeric import Numeric
+from vsctrl.diagram.roots import argument_principle, rightmost
+from vsctrl.diagram.roots.rightmost import check_roots
+from vsctrl.diagram.signals.signal import Signal
+from vsctrl.diagram.time import from_history as remembered
+from vsctrl.diagram.time import response as rest
+from vsctrl.diagram.time.response import check_signal, checked_times
+from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
     import control
     import sympy as sp
 
-    from vsctrl.diagram.pade_model import PadeModel
+    from vsctrl.diagram.pade.model import PadeModel
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-#: points evaluated together: few enough that what is computed on the way stays in the cache
-AT_ONCE = 8192
 
 
 @dataclass(frozen=True)
@@ -58,10 +63,10 @@ class Channel:
         return self.sign * diagram.transfer(self.source, self.target).subs(numbers)
 
     @cached_property
-    def realisation(self) -> delay.DelaySystem:
+    def realisation(self) -> delay_system.DelaySystem:
         """State space plus delay channels; errors for an improper channel."""
         system = self.system
-        return delay.realise(system.diagram, system.blocks, (self.source,), (self.target,))
+        return assembly.realise(system.diagram, system.blocks, (self.source,), (self.target,))
 
     def __call__(self, s: ArrayLike) -> Any:
         """The exact value at complex s (rad/s), any shape; infinite at a pole.
@@ -69,66 +74,9 @@ class Channel:
         Errors: `InputError` where s is not finite.
         """
         at = points("s", s)
-        value = np.empty(at.shape, complex)
-        flat, values = at.reshape(-1), value.reshape(-1)
-        with np.errstate(all="ignore"):
-            for i in range(0, len(flat), AT_ONCE):
-                part = slice(i, i + AT_ONCE)
-                try:
-                    values[part] = self._compiled(flat[part], *self.system.values.values())
-                except ZeroDivisionError:  # a channel of constants divides Python's numbers
-                    values[part] = np.nan
-        lost = ~np.isfinite(value)
-        if lost.any():
-            value[lost] = np.array([self._where_a_block_is_infinite(point) for point in at[lost]])
+        value = frequency_value.value(self.system, self.source, self.target, at)
         value = value if self.sign > 0 else np.negative(value, out=value)
         return value if at.ndim else complex(value)
-
-    @cached_property
-    def _compiled(self) -> Callable[..., Any]:
-        try:
-            return self.system.diagram.evaluator(self.source, self.target)
-        except InputError:
-            self.system.autonomous  # noqa: B018 - it names the blocks of a loop without a solution
-            raise
-
-    def _where_a_block_is_infinite(self, at: complex) -> complex:
-        """The channel's own value there: a quotient without poles, infinity, or a limit."""
-        quotient = self.system.diagram.pole_free_evaluator(self.source, self.target)
-        with np.errstate(all="ignore"):
-            num, den = (complex(x) for x in quotient(at, *self.system.values.values()))
-        if not np.isfinite([num, den]).all():
-            return self._where_floats_overflow(at)
-        if den:
-            return num / den
-        self.system.autonomous  # noqa: B018 - a loop that has no solution is refused here
-        return complex(np.inf) if num else self._limit(at)
-
-    def _where_floats_overflow(self, at: complex) -> complex:
-        """The value far out, e^{−sτ} being too large for a float, in numbers of any size."""
-        num_and_den = transfer.pole_free_evaluator(
-            self.system.diagram, self.source, self.target, "mpmath"
-        )
-
-        def value(mp: Any) -> Any:
-            numbers = [mp.mpf(number) for number in self.system.values.values()]
-            num, den = num_and_den(mp.mpc(at), *numbers)
-            return num / den
-
-        return transfer.settled(value, f"s = {complex(at):g} rad/s")
-
-    def _limit(self, at: complex) -> complex:
-        """The limit at a root that the channel may not show: the mean over a small circle."""
-        others = np.abs(roots.rightmost(self.system.autonomous, 8) - at)
-        radius = 1e-3 * min(others[others > 1e-9 * (abs(at) + 1e-9)], default=1.0)
-        turn = np.exp(2j * np.pi * (np.arange(16) + 0.5) / 16)
-        far, near = (
-            self.realisation.transfer(at + r * turn)[:, 0, 0] for r in (radius, radius / 2)
-        )
-        if np.abs(near).max() > 1.5 * np.abs(far).max():
-            return complex(np.inf)
-        mean = complex(near.mean())
-        return complex(mean.real, 0.0) if at.imag == 0 else mean
 
     def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
         """The exact response at ω (rad/s), for python-control's plots.
@@ -176,11 +124,11 @@ class Channel:
         Errors: `InputError` for what is no signal or no time, for an impulse, and for a history
         that is not usable; `LimitError` where the jumps of a neutral loop become too many.
         """
-        _check_signal(signal)
+        check_signal(signal)
         check_side("response", side)
         import control
 
-        times = _times(t)
+        times = checked_times(t)
         u = signal(times, side)
         if history is None:
             y = self.sign * rest.from_rest(
@@ -208,7 +156,7 @@ class Channel:
         are left out. Errors: `InputError` and `LimitError` for n, as for `System.poles`.
         """
         check_roots(self.realisation, n)
-        return roots.poles(self.realisation, n)
+        return rightmost.poles(self.realisation, n)
 
     def pade(
         self,
@@ -261,8 +209,8 @@ class OpenLoop(Channel):
             rates = np.concatenate([np.abs(np.linalg.eigvals(system.A)), 1 / late])
         # Roots are known to the rounding of the longest delay's inverse.
         line = -1e-12 / max(1.0, float(late.max(initial=0.0)))
-        unstable = count.count_right_of(system.closed(self.sign), line)
-        far = chains.Through.of(system, self.sign)
+        unstable = argument_principle.count_right_of(system.closed(), line)
+        far = high_frequency.HighFrequencyGain.of(system, self.sign)
         with np.errstate(over="ignore", invalid="ignore"):  # |L|² beside a pole on the axis
             return frequency.margins(self, rates, float(late.sum()), unstable, far)
 
@@ -283,42 +231,3 @@ class OpenLoop(Channel):
         if isinstance(on, str) and on == "response":
             return super().pade(order, tol=tol, band=band)
         return pade.model_for(self, order, tol, band, on)
-
-
-#: delays times roots beyond which their matrix, of 12 times that, takes minutes and gigabytes
-MOST_ROOTS = 2000
-
-
-def check_roots(system: delay.DelaySystem, n: object) -> None:
-    """Refuse a number of roots whose discretised matrix would not fit the machine."""
-    if isinstance(n, bool) or not isinstance(n, int | np.integer):
-        return  # left to those who name it
-    late = len(roots.delays_in_loops(system).delays)
-    if late and n * late > MOST_ROOTS:
-        many = f"{n}" if n < 10**9 else "more than 10⁹"
-        raise LimitError(
-            f"poles: n = {many} roots of a loop with {late} delay{'s' if late > 1 else ''} are too "
-            f"many to work out; ask for {MOST_ROOTS // late} or fewer."
-        )
-
-
-def _check_signal(signal: object) -> None:
-    if not isinstance(signal, Signal):
-        raise InputError(
-            f"response: {shown(signal)} is no signal; give a Step(…), Ramp(…), Parabola(…), "
-            "Sine(…), Pulse(…), Samples(…) or a sum of these."
-        )
-    symbolic = any(
-        hasattr(value, "free_symbols")
-        for _, primitive in signal.primitives
-        for value in primitive.values
-    )
-    if symbolic:
-        raise InputError(f"response: {shown(signal)} holds symbols; give it numbers.")
-
-
-def _times(t: ArrayLike) -> Array:
-    times = reals(t)
-    if times is None or times.ndim != 1 or not len(times) or times.min() < 0:
-        raise InputError("response: t must be a list of finite times of 0 s or more.")
-    return times

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from vsctrl.diagram import nested
-from vsctrl.diagram.blocks import Subdiagram
-from vsctrl.diagram.model import Model
+from vsctrl.diagram.description import renaming
+from vsctrl.diagram.description.blocks import Subdiagram
+from vsctrl.diagram.symbolic.model import Model
 from vsctrl.diagram.system import System
 from vsctrl.errors import InputError
 
@@ -32,7 +32,7 @@ class Diagram(Model):
         nothing within is asked for.
         Errors: `InputError` where there is no input or no output.
         """
-        return nested.subdiagram(self, name, wiring)
+        return renaming.subdiagram(self, name, wiring)
 
     def renamed(self, signals: Mapping[str, str], name: str = "") -> Diagram:
         """The same diagram with other signal names, to be joined with others by what they share.
@@ -42,7 +42,7 @@ class Diagram(Model):
         diagram can be used twice. Errors: `InputError` for an unknown signal and for a new name
         that is taken.
         """
-        return nested.renamed(self, signals, name)
+        return renaming.renamed(self, signals, name)
 
     def at(self, values: Mapping[str, float] | None = None, /, **keywords: float) -> System:
         """The diagram with a number for every parameter, ready for every numeric face.

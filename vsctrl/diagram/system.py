@@ -14,19 +14,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.diagram import (
-    count,
-    crosscheck,
-    roots,
-)
-from vsctrl.diagram.channel import Channel, OpenLoop, check_roots
-from vsctrl.diagram.numeric import Numeric
+from vsctrl.diagram.channel import Channel, OpenLoop
+from vsctrl.diagram.consistency import crosscheck
 from vsctrl.diagram.quantities import real_number, reals, shown
+from vsctrl.diagram.realisation import reduction
+from vsctrl.diagram.realisation.numeric import Numeric
+from vsctrl.diagram.roots import argument_principle, rightmost
+from vsctrl.diagram.roots.rightmost import check_roots
 from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.chart import StabilityChart
-    from vsctrl.diagram.sampled import SampledSystem
+    from vsctrl.diagram.sampled.system import SampledSystem
+    from vsctrl.diagram.stability_chart.chart import StabilityChart
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -67,7 +66,7 @@ class System(Numeric):
         the computer and their method, ``{"feed-forward": "backward", "PI": "tustin"}``; improper
         blocks before the hold must be among them. Errors: `InputError`, see `SampledSystem`.
         """
-        from vsctrl.diagram.sampled import SampledSystem
+        from vsctrl.diagram.sampled.system import SampledSystem
 
         return SampledSystem(self, period, hold, {} if digital is None else digital)
 
@@ -78,25 +77,25 @@ class System(Numeric):
         than can be worked out, which are about 2000 per delay in a loop.
         """
         check_roots(self.autonomous, n)
-        return roots.rightmost(self.autonomous, n)
+        return rightmost.rightmost(self.autonomous, n)
 
     def check(self) -> crosscheck.CrossCheck:
         """Every face against every other, on this system's own numbers."""
         return crosscheck.crosscheck(self)
 
-    def roots_right_of(self, sigma: float = 0.0) -> count.RootsRight:
+    def roots_right_of(self, sigma: float = 0.0) -> argument_principle.RootsRight:
         """The characteristic roots right of Re s = sigma (rad/s), with a certifying count.
 
         Errors: `InputError` where sigma is not finite, or so far left that e^{−sigma τ} overflows.
         """
         line = real_number("roots_right_of", "sigma", sigma, "rad/s")
-        late = float(sum(roots.delays_in_loops(self.autonomous).delays))
+        late = float(sum(reduction.delays_in_loops(self.autonomous).delays))
         if -line * late > FARTHEST:
             raise InputError(
                 f"roots_right_of: sigma = {line:g} rad/s lies too far left for the delays of "
                 f"{late:g} s in all; give one of {-FARTHEST / late:.4g} rad/s or more."
             )
-        return count.roots_right_of(self.autonomous, line)
+        return argument_principle.roots_right_of(self.autonomous, line)
 
     def root_locus(self, parameter: str, values: ArrayLike, n: int = 6) -> Complex:
         """The n rightmost roots (rad/s) at each value of a parameter, (len(values), n).
@@ -138,14 +137,14 @@ class System(Numeric):
         rectangle (a negative delay, a division by zero) where the diagram has no numbers.
         Source: Neimark (1949), D-partition; Gryazina, Polyak & Tremba (2008).
         """
-        from vsctrl.diagram.chart import stability_chart
+        from vsctrl.diagram.stability_chart.chart import stability_chart
 
         return stability_chart(self, {**(ranges or {}), **keywords}, grid)
 
     @cached_property
     def unstable_roots(self) -> float:
         """How many characteristic roots lie on or right of the imaginary axis, maybe infinite."""
-        return count.count_right_of(self.autonomous, -1e-12)
+        return argument_principle.count_right_of(self.autonomous, -1e-12)
 
 
 def _is_pair(channel: object) -> bool:

@@ -15,7 +15,8 @@ import numpy as np
 import sympy as sp
 from scipy.optimize import brentq
 
-from vsctrl.diagram import Step, response
+from vsctrl.diagram import Step
+from vsctrl.diagram.time import collocation
 from vsctrl.errors import InputError, nearest
 from vsctrl.loop import values as check
 from vsctrl.loop.criteria import (
@@ -187,7 +188,7 @@ def overshoot_of(gain: float) -> float:
     system = figure1.at(lam=gain, tau=1.0, ell=1.0, ell_hat=1.0, k_ff=0.0)
     # By then an overshoot of more than `UNSEEN` has come, and only one mode is left of the rest.
     horizon = 40.0
-    step = response.solve(system["S_ref", "S"].realisation, Step(), horizon)
+    step = collocation.solve(system["S_ref", "S"].realisation, Step(), horizon)
     t = np.linspace(0.0, horizon - 1.0, 391)
     above = step(t)[:, 0] - 1
     rising = np.flatnonzero((above[:-1] < 0) & (above[1:] >= 0))

@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from vsctrl.diagram import Diagram
-from vsctrl.diagram.foreign import exact_number
+from vsctrl.diagram.description.control_systems import exact_number
 from vsctrl.errors import InputError, nearest
 from vsctrl.loop import values as check
 from vsctrl.symbols import ell, ell_hat, h, kappa, tau, tau_hat

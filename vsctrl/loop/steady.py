@@ -11,8 +11,8 @@ from typing import Any
 import sympy as sp
 
 from vsctrl.diagram import Diagram, Exponential, Signal, Sine
-from vsctrl.diagram.blocks import delays_as_symbols
-from vsctrl.diagram.signals import Cosine, Power
+from vsctrl.diagram.description.blocks import delays_as_symbols
+from vsctrl.diagram.signals.elementary import Cosine, Power
 from vsctrl.errors import InputError
 from vsctrl.loop import taylor
 from vsctrl.loop import values as check

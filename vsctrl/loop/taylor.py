@@ -6,7 +6,7 @@ are, and it takes nothing but polynomials to find it.
 
 import sympy as sp
 
-from vsctrl.diagram.blocks import delays_as_symbols
+from vsctrl.diagram.description.blocks import delays_as_symbols
 from vsctrl.symbols import s
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import sympy as sp
 from scipy.optimize import brentq, minimize_scalar
 
-from vsctrl.diagram.foreign import exact_number
+from vsctrl.diagram.description.control_systems import exact_number
 from vsctrl.errors import LimitError
 from vsctrl.loop import values as check
 from vsctrl.loop.variants import pi, smith

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vsctrl import loop
 from vsctrl.diagram import Block, Diagram
-from vsctrl.diagram.sampled import SampledSystem
+from vsctrl.diagram.sampled.system import SampledSystem
 from vsctrl.servo import Run, Scenario, clock
 from vsctrl.servo.motion.trajectory import Oscillation
 from vsctrl.servo.pose import inverse, log

@@ -23,7 +23,7 @@ from vsctrl.study.trials import critical_ratio, gain_limit
 
 if TYPE_CHECKING:
     from vsctrl.diagram.channel import OpenLoop
-    from vsctrl.diagram.frequency import Margins
+    from vsctrl.diagram.frequency.margins import Margins
     from vsctrl.diagram.system import System
 
 Array = NDArray[np.float64]

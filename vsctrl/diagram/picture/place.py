@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from vsctrl.diagram.blocks import Block
+from vsctrl.diagram.description.blocks import Block
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.blocks import Sum
-    from vsctrl.diagram.wiring import Wiring
+    from vsctrl.diagram.description.blocks import Sum
+    from vsctrl.diagram.description.wiring import Wiring
 
 SEARCH = 4000  #: steps spent on a longest path; beyond, the best one found so far is taken
 

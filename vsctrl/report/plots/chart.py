@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from vsctrl.diagram.chart import Boundary, StabilityChart
-from vsctrl.diagram.regions import Regions
+from vsctrl.diagram.stability_chart.chart import Boundary, StabilityChart
+from vsctrl.diagram.stability_chart.raster import Regions
 from vsctrl.report.plots.style import INK, STYLE, WITH, WITHOUT
 
 #: Axis labels for the parameters whose unit is known.

@@ -1,0 +1,1 @@
+"""Every face of a diagram against every other."""

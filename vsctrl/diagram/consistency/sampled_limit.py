@@ -1,0 +1,135 @@
+"""How the sampled twin comes to the continuous diagram as its period shrinks.
+
+Holding a signal makes it late by half a period on average, so that H_T(e^{jωT}) → H(jω) with an
+error of first order in T: it halves with T, and 2 H_{T/2} − H_T is far nearer than either. The
+twin shares nothing with the continuous value but the diagram.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.errors import InputError
+
+if TYPE_CHECKING:
+    from vsctrl.diagram.consistency.faces import Channel, System
+    from vsctrl.diagram.description.wiring import Wiring
+
+Complex = NDArray[np.complex128]
+
+#: Periods in the channel's unit of time: short enough that the error is of first order …
+PERIODS = 100
+#: … for most; a diagram with much faster parts than that unit is given shorter ones.
+SHORTER = (1, 8, 64)
+MOST_PERIODS = 100_000
+#: The error is to fall to this share when T is halved: 0.5 and a little for the second order.
+HALVED = 0.6
+#: What extrapolation is to leave of the error.
+LEFT = 0.05
+
+
+@dataclass(frozen=True)
+class Approach:
+    """Errors of H_T at T/2 and T/4, and of their extrapolation; `hold` is the signal held."""
+
+    hold: str
+    period: float
+    half: float
+    quarter: float
+    extrapolated: float
+
+    @property
+    def first_order(self) -> bool:
+        """Whether the error halves and extrapolation removes it, or there is none."""
+        return (
+            self.quarter <= max(1e-9, HALVED * self.half)
+            and self.extrapolated <= max(1e-9, LEFT * self.quarter)
+        )  # fmt: skip
+
+
+def approach(system: System, channel: Channel, unit: float) -> Approach:
+    """The twin of a channel at ever shorter periods, beginning at a fraction of `unit` (s).
+
+    Errors: `InputError` where no signal can be held, and for delays that share no period.
+    """
+    period = _period(channel, unit)
+    digital = {
+        block.name: "backward"
+        for block in channel.system.blocks
+        if max((k for k, _ in block.num), default=0) > max(k for k, _ in block.den)
+    }
+    refused: InputError | None = None
+    for hold in _candidates(channel.system.diagram, channel.source, channel.target):
+        try:
+            for shorter in SHORTER:
+                found = _errors(system, channel, unit, period / shorter, hold, digital)
+                if found.first_order:
+                    break
+        except InputError as error:
+            refused = refused or error
+            continue
+        return found
+    raise refused or InputError("sampled: nothing in this channel can be held.")
+
+
+def _errors(
+    system: System, channel: Channel, unit: float, period: float, hold: str, digital: dict[str, str]
+) -> Approach:
+    omega = np.array([0.1, 0.4, 1.0, 2.0]) / unit
+    exact: Complex = channel(1j * omega)
+
+    def value(T: float) -> Complex:
+        twin = system.sampled(T, hold, digital)[channel.source, channel.target]
+        return np.asarray(channel.sign * twin(np.exp(1j * omega * T)), complex)
+
+    def error(H: Complex) -> float:
+        worst = float((np.abs(H - exact) / (1 + np.abs(exact))).max())
+        return worst if math.isfinite(worst) else math.inf
+
+    half, quarter = value(period / 2), value(period / 4)
+    return Approach(hold, period, error(half), error(quarter), error(2 * quarter - half))
+
+
+def _period(channel: Channel, unit: float) -> float:
+    """A period of which every delay is a whole multiple, or its error would not be smooth in T."""
+    delays = {
+        tau for b in channel.system.blocks for side in (b.num, b.den) for _, tau in side if tau
+    }
+    if not delays:
+        return unit / PERIODS
+    below = math.lcm(*(tau.denominator for tau in delays))
+    common = Fraction(math.gcd(*(int(tau * below) for tau in delays)), below)
+    if common * MOST_PERIODS < unit:
+        raise InputError(
+            f"sampled: the delays have no common period above {float(common):g} s on which to "
+            "compare twin and diagram."
+        )
+    return float(common / 2 ** max(0, math.ceil(math.log2(float(common) * PERIODS / unit))))
+
+
+def _candidates(diagram: Wiring, source: str, target: str) -> list[str]:
+    """Signals of a loop, those on the way from source to target first; then the source."""
+    after: dict[str, set[str]] = {name: set() for name in diagram.signals}
+    for part in diagram.parts:
+        for name in part.inputs:
+            after[name].add(part.output)
+
+    def reached(start: str) -> set[str]:
+        seen: set[str] = set()
+        todo = [start]
+        while todo:
+            new = after[todo.pop()] - seen
+            seen |= new
+            todo += new
+        return seen
+
+    reach = {name: reached(name) for name in after}
+    loops = [name for name in diagram.signals if name in reach[name]]
+    on_the_way = [n for n in loops if n in reach[source] and (n == target or target in reach[n])]
+    return [*on_the_way, *(n for n in loops if n not in on_the_way), source]

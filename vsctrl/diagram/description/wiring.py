@@ -1,0 +1,282 @@
+"""Signals by name: parts that are joined wherever a name is the same, checked when made."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property, partial
+from typing import Any, Self, TypeVar
+
+import numpy as np
+import sympy as sp
+
+from vsctrl.diagram.description.blocks import Block, Part, Subdiagram
+from vsctrl.errors import InputError, nearest
+from vsctrl.symbols import KEYWORDS, s
+
+W = TypeVar("W", bound="Wiring")
+
+
+@dataclass(frozen=True, init=False)
+class Wiring:
+    """Blocks and sums joined wherever a signal name is the same, with named inputs and outputs."""
+
+    parts: tuple[Part, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    shown: tuple[Part, ...] = field(compare=False, repr=False)
+
+    def __init__(
+        self,
+        parts: Iterable[Part],
+        inputs: Iterable[str] | None = None,
+        outputs: Iterable[str] | None = None,
+    ) -> None:
+        boxes = tuple(parts) if isinstance(parts, Iterable) else (parts,)
+        given = opened(boxes)
+        _check_parts(given)
+        given = _one_symbol_a_name(given)
+        object.__setattr__(self, "parts", given)
+        taken = {name for part in given for name in part.inputs}
+        undriven = _ordered(n for part in given for n in part.inputs if n not in self.drivers)
+        ends = _ordered(part.output for part in given if part.output not in taken)
+        for side, names, found in (("inputs", inputs, undriven), ("outputs", outputs, ends)):
+            object.__setattr__(self, side, found if names is None else _names(side, names))
+        _check_wiring(self, undriven, taken, ends)
+        object.__setattr__(self, "shown", boxed(boxes, self))
+        self.parameters  # noqa: B018 - refuses two symbols of one keyword
+
+    @cached_property
+    def drivers(self) -> dict[str, Part]:
+        """The part that drives each signal."""
+        return {part.output: part for part in self.parts}
+
+    @cached_property
+    def signals(self) -> tuple[str, ...]:
+        """Every signal of the diagram, inputs first."""
+        return (*self.inputs, *self.drivers)
+
+    @cached_property
+    def blocks(self) -> tuple[Block, ...]:
+        """The diagram's blocks, in the order given."""
+        return tuple(part for part in self.parts if isinstance(part, Block))
+
+    @cached_property
+    def parameters(self) -> dict[str, sp.Symbol]:
+        """The keyword that `at` takes for each parameter → its symbol."""
+        free = set().union(*(block.expr.free_symbols for block in self.blocks)) - {s}
+        keyword = {symbol.name: word for word, symbol in KEYWORDS.items()}
+        found: dict[str, sp.Symbol] = {}
+        for symbol in sorted(free, key=lambda a: a.name):
+            word = keyword.get(symbol.name, symbol.name)
+            if word in found:
+                raise InputError(
+                    f"Diagram: the symbols {found[word]} and {symbol} would both be the parameter "
+                    f"{word!r}; rename one of them."
+                )
+            found[word] = symbol
+        return dict(sorted(found.items()))
+
+    def numbers(self, given: Mapping[str, Any]) -> dict[str, float]:
+        """Check a value for each parameter; errors name the parameter, the value, the remedy."""
+        known = self.parameters
+        for name in given:
+            if name not in known:
+                raise InputError(
+                    f"at: there is no parameter {name!r}{nearest(name, known)}; "
+                    f"the diagram has {', '.join(known) or 'none'}."
+                )
+        missing = [name for name in known if name not in given]
+        if missing:
+            raise InputError(f"at: no value for {', '.join(missing)}; give {missing[0]}=….")
+        return {name: _number(name, given[name]) for name in known}
+
+    def require(self, signal: str) -> None:
+        """Raise a sentence if the diagram has no such signal."""
+        if signal not in self.signals:
+            raise InputError(
+                f"there is no signal {signal!r}{nearest(signal, self.signals)}; "
+                f"the diagram has {', '.join(self.signals)}."
+            )
+
+    def _check_channel(self, source: str, target: str) -> None:
+        self.require(source)
+        self.require(target)
+        if source not in self.inputs:
+            raise InputError(
+                f"{source!r} is not an input of the diagram; "
+                f"a channel starts at {' or '.join(map(repr, self.inputs)) or 'an input'}."
+            )
+
+    def open(self, signal: str) -> Self:
+        """The diagram with every use of `signal` cut and fed from a new input, `signal__cut`.
+
+        Minus the transfer function from that input to `signal` is the loop transfer function L
+        of the return difference 1 + L.
+        """
+        return self._opened(signal)
+
+    @cached_property
+    def _opened(self) -> Callable[[str], Self]:
+        return cache(partial(_open, self))
+
+    def __str__(self) -> str:
+        lines = [str(part) for part in self.parts]
+        return "\n".join([f"inputs {', '.join(self.inputs)} → {', '.join(self.outputs)}", *lines])
+
+
+def _names(side: str, names: Iterable[str]) -> tuple[str, ...]:
+    given = (names,) if isinstance(names, str) or not isinstance(names, Iterable) else tuple(names)
+    if not all(isinstance(name, str) for name in given) or len(set(given)) < len(given):
+        raise InputError(
+            f"Diagram: {side} = {names!r} are no signals; list the name of each once, like "
+            '["S_ref"].'
+        )
+    return given
+
+
+def _ordered(names: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(names))
+
+
+def _number(name: str, value: Any) -> float:
+    try:
+        if isinstance(value, str | bool | np.bool_ | complex | np.complexfloating):
+            raise TypeError
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    except (TypeError, ValueError):
+        raise InputError(f"at: {name} = {value!r} is no number; give a real number.") from None
+    if not math.isfinite(number):
+        raise InputError(f"at: {name} = {number} is not finite; give a finite number.")
+    return number
+
+
+def _one_symbol_a_name(parts: tuple[Part, ...]) -> tuple[Part, ...]:
+    """Let one name mean one symbol, whatever assumptions its maker gave it in each block."""
+    first: dict[str, sp.Symbol] = {"s": s}
+    out: list[Part] = []
+    for part in parts:
+        if isinstance(part, Block):
+            symbols = sorted(part.expr.free_symbols, key=lambda a: a.name)
+            swap = {a: first.setdefault(a.name, a) for a in symbols}
+            if any(a != b for a, b in swap.items()):
+                part = replace(part, expr=part.expr.xreplace(swap))
+        out.append(part)
+    return tuple(out)
+
+
+def _open(diagram: W, signal: str) -> W:
+    """`Diagram.open`, made once a signal."""
+    diagram.require(signal)
+    if signal in diagram.inputs:
+        raise InputError(
+            f"open: {signal!r} is an input, so no loop runs through it; "
+            f"open one of {', '.join(diagram.drivers)}."
+        )
+    cut = f"{signal}__cut"
+    parts = [part.rewired({signal: cut}, {}) for part in diagram.parts]
+    outputs = (*diagram.outputs, *(() if signal in diagram.outputs else (signal,)))
+    if all(signal not in part.inputs for part in diagram.parts):
+        raise InputError(
+            f"open: nothing takes {signal!r}, so no loop runs through it; "
+            f"open a signal that feeds another part."
+        )
+    return type(diagram)(parts, inputs=(*diagram.inputs, cut), outputs=outputs)
+
+
+def _check_parts(parts: tuple[Part, ...]) -> None:
+    drivers: dict[str, Part] = {}
+    names: set[str] = set()
+    for part in parts:
+        if not isinstance(part, Part):
+            raise InputError(f"Diagram: {part!r} is no part; give Block(…) and Sum(…) objects.")
+        if part.output in drivers:
+            raise InputError(
+                f"Diagram: signal {part.output!r} has two drivers, {drivers[part.output]} and "
+                f"{part}; rename one and join them with a Sum."
+            )
+        if isinstance(part, Block) and part.name in names:
+            raise InputError(f"Diagram: two blocks are called {part.name!r}; rename one.")
+        names |= {part.name} if isinstance(part, Block) else set()
+        drivers[part.output] = part
+    if not parts:
+        raise InputError("Diagram: there are no parts; give at least one Block.")
+
+
+def _check_wiring(
+    diagram: Wiring, undriven: tuple[str, ...], taken: set[str], ends: tuple[str, ...]
+) -> None:
+    for name in undriven:
+        if name not in diagram.inputs:
+            raise InputError(
+                f"Diagram: nothing drives signal {name!r}"
+                f"{nearest(name, diagram.signals)}; drive it or declare it in inputs."
+            )
+    for name in diagram.inputs:
+        if name in diagram.drivers:
+            raise InputError(
+                f"Diagram: input {name!r} is driven by {diagram.drivers[name]}; "
+                "take it out of inputs or rename the signal."
+            )
+        if name not in taken:
+            raise InputError(
+                f"Diagram: input {name!r} leads nowhere{nearest(name, taken)}; "
+                "let a part take it or take it out of inputs."
+            )
+    for name in diagram.outputs:
+        diagram.require(name)
+    for name in ends:
+        if name not in diagram.outputs:
+            raise InputError(
+                f"Diagram: {diagram.drivers[name]} leads nowhere{nearest(name, taken)}; "
+                f"let a part take {name!r} or declare it in outputs."
+            )
+    check_sums(diagram)
+
+
+def resolve(diagram: Wiring, signal: str) -> dict[str, int]:
+    """The signal as a signed sum of block outputs and inputs, sums between them expanded."""
+
+    def expand(name: str, above: tuple[str, ...]) -> dict[str, int]:
+        part = diagram.drivers.get(name)
+        if part is None or isinstance(part, Block):
+            return {name: 1}
+        if name in above:
+            loop = " → ".join((*above[above.index(name) :], name))
+            raise InputError(
+                f"Diagram: the sums {loop} feed each other without a block between them; "
+                "put a Block with the gain you mean into that loop."
+            )
+        total: dict[str, int] = {}
+        for sign, term in part.terms:
+            for leaf, factor in expand(term, (*above, name)).items():
+                total[leaf] = total.get(leaf, 0) + sign * factor
+        return {leaf: factor for leaf, factor in total.items() if factor}
+
+    return expand(signal, ())
+
+
+def check_sums(diagram: Wiring) -> None:
+    """Raise a sentence if sums feed each other in a loop."""
+    for name in diagram.drivers:
+        resolve(diagram, name)
+
+
+def boxed(given: tuple[Part, ...], diagram: Wiring) -> tuple[Part, ...]:
+    """The parts to draw: as given, unless a signal within a box is asked for outside of it."""
+    driven = {part.output for part in given}
+    taken = {name for part in given for name in part.inputs}
+    hidden = {part.output for part in diagram.parts} - driven
+    asked = taken | set(diagram.outputs)
+    return diagram.parts if hidden & asked or set(diagram.inputs) - taken else given
+
+
+def opened(parts: Iterable[Part]) -> tuple[Part, ...]:
+    """The parts with those of every subdiagram in its place."""
+    flat: list[Part] = []
+    for part in parts:
+        flat += part.parts if isinstance(part, Subdiagram) else (part,)
+    return tuple(flat)

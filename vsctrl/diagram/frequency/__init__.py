@@ -1,0 +1,1 @@
+"""The exact frequency response: values, crossings, peaks, margins."""

@@ -1,0 +1,110 @@
+"""What a loop transfer function does as the frequency grows."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.diagram.frequency.crossings import phase_crossings
+from vsctrl.diagram.frequency.peaks import highest_peak
+from vsctrl.diagram.frequency.piecewise import DEGREE, NOTHING, chebyshev_pieces, zero_frequencies
+from vsctrl.diagram.numerics.chebyshev import slope_matrix, squared
+from vsctrl.diagram.realisation.delay_system import DelaySystem
+
+Array = NDArray[np.float64]
+
+Complex = NDArray[np.complex128]
+
+
+MOST_TURNS = 100  #: of the longest delay, in which what passes the delays is looked at
+
+
+@dataclass(frozen=True)
+class HighFrequencyGain:
+    """What a one-input, one-output system with delays tends to as ω → ∞, called with ω (rad/s).
+
+        D₁₁ + D₁₂ (I − Δ D₂₂)⁻¹ Δ D₂₁,   Δ = diag e^{−jωτ}
+
+    `D` (1 + m, 1 + m) and the m delays that high frequencies pass. It repeats after `stretch`
+    (rad/s), in which the longest delay turns `turns` times; of delays without a common divisor
+    that is not too small `MOST_TURNS` of them stand for all.
+    """
+
+    D: Array
+    delays: tuple[Fraction, ...]
+
+    @classmethod
+    def of(cls, system: DelaySystem, sign: int) -> HighFrequencyGain:
+        """That of a system with one input and one output, times `sign`."""
+        D = system.D.copy()
+        reach = (D != 0) | np.eye(len(D), dtype=bool)
+        for _ in range(len(D).bit_length()):
+            reach = reach | (reach @ reach)
+        passed = [j for j in range(1, len(D)) if reach[0, j] and reach[j, 0]]
+        D[0] *= sign
+        keep = [0, *passed]
+        return cls(D[np.ix_(keep, keep)], tuple(system.delays[j - 1] for j in passed))
+
+    @property
+    def limit(self) -> complex:
+        """The limit, NaN where there is none; what is but rounding is 0."""
+        if self.delays:
+            return complex(math.nan)
+        return complex(self.D[0, 0]) if abs(self.D[0, 0]) > 1e-12 else 0j
+
+    @property
+    def turns(self) -> int:
+        """How often the longest delay turns e^{−jωτ} in a stretch; 0 without delays."""
+        if not self.delays:
+            return 0
+        return min(int(max(self.delays) / self._divisor()), MOST_TURNS)
+
+    @property
+    def stretch(self) -> float:
+        """The period, or how far the stretch reaches that stands for it (rad/s)."""
+        return 2 * math.pi * self.turns / float(max(self.delays))
+
+    def __call__(self, omega: Array) -> Complex:
+        late = np.array([float(tau) for tau in self.delays])
+        lag = np.exp(-1j * np.asarray(omega)[..., None] * late)
+        inner = np.eye(len(late)) - lag[..., None] * self.D[1:, 1:]
+        w = np.linalg.solve(inner, lag[..., None] * self.D[1:, :1])
+        return np.asarray(self.D[0, 0] + (self.D[:1, 1:] @ w)[..., 0, 0], complex)
+
+    def _divisor(self) -> Fraction:
+        low = math.lcm(*(tau.denominator for tau in self.delays))
+        return Fraction(math.gcd(*(int(tau * low) for tau in self.delays)), low)
+
+
+class HighFrequencyTail(NamedTuple):
+    """What an L that winds for ever comes near to again and again."""
+
+    size: float  #: lim sup |L|
+    real: Complex  #: where it crosses the negative real axis
+    peak: float  #: of |1/(1 + L)|
+    top: float  #: of |L/(1 + L)|
+
+
+def high_frequency_tail(far: HighFrequencyGain) -> HighFrequencyTail:
+    """Crossings and extrema of L as ω → ∞, over one period of it."""
+
+    def L(s: Any) -> Any:
+        return far(far.stretch * np.log(np.imag(s)))  # log ω of the pieces stands for its periods
+
+    ends, pieces = chebyshev_pieces(L, np.linspace(0.0, 1.0, 4 * far.turns + 1), 0.0)
+    size, distance = squared(pieces, 0.0), squared(pieces, 1.0)
+    turning = zero_frequencies(ends, size @ slope_matrix(2 * DEGREE))
+    most = np.abs(L(1j * np.append(turning, np.exp(ends[:, 0])))).max()
+    real = phase_crossings(L, ends, pieces)[1].real
+    real = real[real < -NOTHING]
+    _, first = np.unique(real.round(9), return_index=True)
+    nowhere = complex(math.nan), complex(math.nan)
+    peak, top = (
+        highest_peak(L, ends, above, distance, nowhere, np.zeros(0))[1] for above in (None, size)
+    )
+    return HighFrequencyTail(float(most), real[first].astype(complex), peak, top)

@@ -1,0 +1,169 @@
+"""Exact frequency response and the margins read from it, every crossing included.
+
+L(jω) is followed by Chebyshev pieces in log ω, halved until they hold L to rounding; crossings and
+extrema are then eigenvalues of small matrices, so that however often the phase winds round, none
+is missed between two samples. No Padé model is involved.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.diagram.frequency.crossings import (
+    gain_crossings_of,
+    limit_towards,
+    phase_crossings,
+    pieces_beside_crossings,
+    with_limits,
+)
+from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain, high_frequency_tail
+from vsctrl.diagram.frequency.peaks import bandwidth_of, fallen_from, highest_peak
+from vsctrl.diagram.frequency.piecewise import (
+    EDGE,
+    Response,
+    band_of,
+    chebyshev_pieces,
+    log_grid,
+)
+from vsctrl.diagram.numerics.chebyshev import squared
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+MOST_TURNED = 2e4  #: rad of delay up to which the crossings of an unstable loop are followed
+
+
+@dataclass(frozen=True)
+class Margins:
+    """How far the loop of a return difference 1 + L is from instability, exactly.
+
+    Frequencies in rad/s, phases in rad, delays in s; infinity where nothing limits. `gain` is the
+    least factor of 1 or more at which roots cross the axis, `gain_down` the largest below 1 (0 if
+    there is none). For a loop that is not `stable`, `unstable_roots` are on or right of the
+    imaginary axis, and `delay` is negative: the change of delay that brings the nearest crossing
+    back to −1. Of a loop L = 0 the bandwidth is 0.
+    """
+
+    gain: float
+    gain_down: float
+    phase: float
+    delay: float
+    peak_sensitivity: float  #: max |1/(1 + L)|, also called Ms
+    peak_frequency: float
+    peak_complementary: float  #: max |L/(1 + L)|, also called Mt
+    complementary_frequency: float
+    bandwidth: float  #: where |L/(1 + L)| first falls 3 dB below its value at ω = 0, if not 0
+    gain_crossings: tuple[tuple[float, float], ...]  #: (ω, phase margin there), by rising ω
+    phase_crossings: tuple[tuple[float, float], ...]  #: (ω, gain margin there), by rising ω
+    stable: bool
+    unstable_roots: float  #: infinite where a neutral loop has a chain of them
+
+    @property
+    def modulus(self) -> float:
+        """The least distance of L(jω) from −1, 1/Ms."""
+        return 1 / self.peak_sensitivity
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "closed loop": "stable" if self.stable else f"unstable, {self.unstable_roots:g} roots",
+            "gain margin": f"{self.gain:.4g}",
+            "phase margin": f"{math.degrees(self.phase):.4g}°",
+            "delay margin": f"{self.delay:.4g} s",
+            "peak of S": f"{self.peak_sensitivity:.4g} at {self.peak_frequency:.4g} rad/s",
+            "peak of T": (
+                f"{self.peak_complementary:.4g} at {self.complementary_frequency:.4g} rad/s"
+            ),
+            "bandwidth": f"{self.bandwidth:.4g} rad/s",
+        }
+        body = "".join(f"<tr><th>{k}</th><td>{v}</td></tr>" for k, v in rows.items())
+        return f"<table>{body}</table>"
+
+
+def margins(
+    L: Response,
+    rates: Array,
+    late: float,
+    unstable_roots: float,
+    far: HighFrequencyGain | None = None,
+) -> Margins:
+    """The margins of the loop transfer function L, a function of complex s.
+
+    `rates` (rad/s) are the frequencies at which L bends: the moduli of its poles and the inverses
+    of its delays; `late` (s) is the sum of its delays; `far` is what L tends to as ω → ∞, without
+    which L itself is asked. The band searched reaches tenfold beyond those frequencies, and up to
+    where |L| has fallen below `LEAST`; beyond `MOST_TURNED` an unstable loop is followed only
+    beside its gain crossings. Of a loop that lets high frequencies through, what it tends to
+    counts too, at ω = ∞: with |L(j∞)| ≥ 1 any further delay destabilises.
+    """
+    stable = unstable_roots == 0
+    low, high = band_of(L, rates)
+    if not np.any(L(1j * np.geomspace(low, high, 32))):
+        return _without_loop(unstable_roots)
+    follow = high
+    if not stable and late:
+        follow = min(high, max(MOST_TURNED / late, 10 * low))
+    limits = (
+        limit_towards(L, 1e-6 * low, 0.1),
+        limit_towards(L, 1e6 * high, 10.0) if far is None else far.limit,
+    )
+    ends, pieces = chebyshev_pieces(L, log_grid(low, follow), late)
+    if follow < high:
+        parts = [
+            (ends, pieces),
+            *pieces_beside_crossings(L, follow, high, late, fallen_from(limits[0])),
+        ]
+        ends, pieces = (np.vstack(side) for side in zip(*parts, strict=True))
+    size, distance = squared(pieces, 0.0), squared(pieces, 1.0)
+    tail = None if far is None or not far.turns else high_frequency_tail(far)
+    phase_at, at_phase = with_limits(*phase_crossings(L, ends, pieces), limits)
+    if tail is not None:
+        phase_at = np.append(phase_at, np.full(len(tail.real), math.inf))
+        at_phase = np.append(at_phase, tail.real)
+    factors = 1 / np.abs(at_phase)
+    factors[np.abs(factors - 1) < EDGE] = 1.0
+    gain_at = gain_crossings_of(L, ends, size)
+    on_it = phase_at[(factors == 1) & (phase_at > 0) & (phase_at < math.inf)]
+    # Where L is −1 |L| may only touch 1, or be 1 everywhere.
+    apart = [w for w in on_it if not (np.abs(gain_at / w - 1) < 1e-6).any()]
+    gain_at = np.sort(np.append(gain_at, apart))
+    phases: Array = np.angle(-L(1j * gain_at))
+    # −157.8° is 202.2° of room for more delay; in an unstable loop look for less delay instead.
+    room = phases % (2 * math.pi) - (0 if stable else 2 * math.pi)
+    delays = np.where(np.abs(phases) < EDGE, 0.0, room) / gain_at
+    delay = float(delays[np.abs(delays).argmin()]) if len(delays) else math.inf
+    through = abs(limits[1]) if tail is None else tail.size
+    if stable and far is not None and through >= 1 - EDGE:
+        delay = 0.0
+    inner = (phase_at > 0) & (phase_at < math.inf)
+    close = phase_at[inner][np.abs(np.log(factors[inner])).argsort()[:4]]
+    peak_at, peak = highest_peak(L, ends, None, distance, limits, close)
+    top_at, top = highest_peak(L, ends, size, distance, limits, close)
+    if tail is not None:
+        peak_at, peak = max((peak_at, peak), (math.inf, tail.peak), key=lambda found: found[1])
+        top_at, top = max((top_at, top), (math.inf, tail.top), key=lambda found: found[1])
+    nearest = int(np.abs(phases).argmin()) if len(phases) else 0
+    return Margins(
+        gain=float(min((f for f in factors if f >= 1), default=math.inf)),
+        gain_down=float(max((f for f in factors if f < 1), default=0.0)),
+        phase=float(phases[nearest]) if len(phases) else math.inf,
+        delay=delay,
+        peak_sensitivity=peak,
+        peak_frequency=peak_at,
+        peak_complementary=top,
+        complementary_frequency=top_at,
+        bandwidth=bandwidth_of(L, ends, size, distance, limits[0], top),
+        gain_crossings=tuple(zip(gain_at.tolist(), phases.tolist(), strict=True)),
+        phase_crossings=tuple(zip(phase_at.tolist(), factors.tolist(), strict=True)),
+        stable=stable,
+        unstable_roots=unstable_roots,
+    )
+
+
+def _without_loop(unstable_roots: float) -> Margins:
+    """The margins of L = 0: S = 1, T = 0, and nothing that limits."""
+    inf, n = math.inf, unstable_roots
+    return Margins(inf, 0.0, inf, inf, 1.0, 0.0, 0.0, 0.0, 0.0, (), (), n == 0, n)

@@ -1,0 +1,89 @@
+"""Peaks of sensitivities, and the bandwidth."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.diagram.frequency.piecewise import CLOSE, DEGREE, EDGE, Response, zero_frequencies
+from vsctrl.diagram.numerics.chebyshev import slope_matrix, tables
+from vsctrl.diagram.numerics.chebyshev_zeros import zeros
+
+Array = NDArray[np.float64]
+
+
+def highest_peak(
+    L: Response,
+    ends: Array,
+    above: Array | None,
+    below: Array,
+    limits: tuple[complex, complex],
+    also: Array,
+) -> tuple[float, float]:
+    """(ω, value) of the largest √(above/below), the limits of the band included.
+
+    A peak too sharp for a piece's samples to show is looked for in the pieces that hold `also`.
+
+    `below` holds |1 + L|²; `above` |L|² for T = L/(1 + L), or is None for S = 1/(1 + L).
+    """
+    degree = (2 if above is None else 4) * DEGREE
+    _, to_coefficients, values = tables(degree)
+    under = below @ values[:, : below.shape[1]].T
+    over = np.ones_like(under) if above is None else above @ values[:, : below.shape[1]].T
+    samples = (over / under).max(axis=1)
+    # Only a piece whose largest possible value exceeds the best sample can hold the maximum.
+    most = 1.0 if above is None else np.abs(above).sum(axis=1)
+    least = below[:, 0] - np.abs(below[:, 1:]).sum(axis=1)
+    close = np.argsort(-samples)[:8]
+    holds = np.searchsorted(ends[:, 0], np.log(also), "right") - 1
+    close = np.unique(np.concatenate([close, np.maximum(holds, 0)]))
+    close = close[((least <= 0) | (most >= samples.max() * least))[close]]
+    slope = below_slope = below[close] @ slope_matrix(2 * DEGREE)
+    if above is not None:
+        grid = values[:, : below_slope.shape[1]]
+        turn = above[close] @ slope_matrix(2 * DEGREE) @ grid.T * under[close]
+        slope = (turn - over[close] * (below_slope @ grid.T)) @ to_coefficients.T
+    k, xi = zeros(slope)
+    inner = ends[close[k]].mean(axis=1) + xi * np.diff(ends[close[k]], axis=1)[:, 0] / 2
+    omega = np.exp(np.concatenate([inner, ends[[0, -1], [0, 1]]]))
+
+    def height(at: Any) -> Any:
+        # Where L is infinite S is 0 and T is 1.
+        with np.errstate(all="ignore"):
+            value = np.abs(np.divide(1 if above is None else at, 1 + np.asarray(at)))
+        return np.where(np.isnan(value), float(above is not None), value)
+
+    heights = height(L(1j * omega))
+    best = int(heights.argmax())
+    # The supremum may be a limit that is not reached, at ω = 0 or at ω = ∞.
+    for at, limit in zip((0.0, math.inf), limits, strict=True):
+        end = float(height(limit)) if abs(limit) < math.inf else float(above is not None)
+        if not math.isnan(limit.real) and end > heights[best]:
+            omega, heights, best = np.array([at]), np.array([end]), 0
+    return float(omega[best]), float(heights[best])
+
+
+def fallen_from(at_zero: complex) -> float:
+    """What is 3 dB below |T| at ω = 0."""
+    if abs(1 + at_zero) < EDGE:
+        return math.inf
+    start = abs(at_zero / (1 + at_zero)) if abs(at_zero) < math.inf else 1.0
+    return float(start * 10**-0.15)
+
+
+def bandwidth_of(
+    L: Response, ends: Array, size: Array, distance: Array, at_zero: complex, top: float
+) -> float:
+    """The least ω at which |T|² = |L|²/|1 + L|² falls 3 dB below what it is at ω = 0."""
+    fallen = fallen_from(at_zero)
+    if fallen == math.inf or fallen < 1e-6 * top:
+        return (
+            0.0  # T lets no constant through: there is nothing to fall from; or is infinite there
+        )
+    values = L(1j * (at := zero_frequencies(ends, size - fallen**2 * distance)))
+    with np.errstate(all="ignore"):
+        found = at[np.abs(np.abs(values / (1 + values)) / fallen - 1) < CLOSE]
+    return float(min(found, default=math.inf))

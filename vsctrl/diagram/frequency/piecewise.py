@@ -1,0 +1,120 @@
+"""A response as Chebyshev pieces in log frequency, and where a function of it is zero."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.diagram.numerics.chebyshev import tables
+from vsctrl.diagram.numerics.chebyshev_zeros import zeros
+from vsctrl.errors import LimitError
+
+Array = NDArray[np.float64]
+
+Complex = NDArray[np.complex128]
+
+
+Response = Callable[[Any], Any]  #: L as a function of complex s, any shape
+
+
+DEGREE = 16
+
+
+MAX_PIECES = 100_000
+
+
+EDGE = 1e-12  #: that near to −1, L is at the edge of stability
+
+
+CLOSE = 1e-3  #: |L| or |T| at a crossing, from what it crosses; at a pole on the axis it is far off
+
+
+NOTHING = 1e-9  #: a limit of |L| below this is rounding
+
+
+LEAST = 0.01  #: the search may end where |L| has fallen below this
+
+
+def band_of(L: Response, rates: Array) -> tuple[float, float]:
+    """From where L is a plain power of ω, not of size 1, up to where it no longer matters."""
+    rates = rates[(rates > 0) & np.isfinite(rates)]
+    low, high = (rates.min() * 1e-3, rates.max() * 10) if len(rates) else (1e-3, 1e1)
+    size, power = _power(L, low, 1 / 16)
+    if power:
+        # |L| = size (ω/low)^power below `low`: go a hundredfold below the crossing it points to.
+        low = min(low, 1e-2 * low * size ** (-1 / power))
+    size, power = _power(L, high, 16.0)
+    if power < 0:
+        high = max(high, 2 * high * (size / LEAST) ** (-1 / power))
+    return float(max(low, 1e-250)), float(min(high, 1e250))
+
+
+def _power(L: Response, omega: float, step: float) -> tuple[float, int]:
+    """|L| at a frequency and the whole power of ω that it follows from there on, one step away.
+
+    Of an |L| that ripples, as one with a delay inside does, the largest of a few neighbours counts.
+    """
+    ripple = step ** np.linspace(0.0, 0.5, 24)
+    size, away = (np.abs(L(1j * at * ripple)).max() for at in (omega, omega * step))
+    if not (0 < size < math.inf and 0 < away < math.inf):
+        return 1.0, 0
+    return float(size), round(math.log(away / size) / math.log(step))
+
+
+def log_grid(low: float, high: float) -> Array:
+    """Log ω where pieces are to begin and end, two to a decade."""
+    number = max(4, math.ceil(2 * math.log10(high / low)))
+    return np.linspace(math.log(low), math.log(high), number)
+
+
+def chebyshev_pieces(L: Response, grid: Array, late: float) -> tuple[Array, Complex]:
+    """Intervals (k, 2) of log ω and L's Chebyshev coefficients (k, DEGREE + 1) on them.
+
+    What is left of an interval around a pole on the axis, 1e-12 wide, is in none of them.
+    """
+    nodes, to_coefficients, _ = tables(DEGREE)
+    todo = np.column_stack([grid[:-1], grid[1:]])
+    before = np.full(len(todo), np.inf)  # what the piece that each is half of left unresolved
+    done_ends, done = [], []
+    total = 0
+    while len(todo):
+        mid, half = todo.mean(axis=1), np.diff(todo, axis=1)[:, 0] / 2
+        values = L(1j * np.exp(mid[:, None] + half[:, None] * nodes))
+        coefficients = values @ to_coefficients.T
+        size = np.abs(values).max(axis=1)
+        # e^{−jωτ} itself is only known to the rounding of ωτ, and L near a resonance to less; where
+        # halving a piece no longer helps, what is left is rounding.
+        known = 1e-13 + 1e-15 * late * np.exp(todo[:, 1])
+        tail = np.abs(coefficients[:, -3:]).max(axis=1)
+        tail = np.divide(tail, size, out=np.zeros_like(tail), where=size > 0)
+        tail[~np.isfinite(tail)] = np.inf
+        stuck = (tail < np.maximum(1e-9, 1e-12 / half)) & (tail > 0.1 * before)
+        small = half < 1e-12
+        fine = (tail <= known) | (stuck & (tail < 1e-2)) | small
+        kept = fine & ~(small & (tail > 1e-2))
+        done_ends.append(todo[kept])
+        done.append(coefficients[kept])
+        rest, mid, before = todo[~fine], mid[~fine], np.tile(tail[~fine], 2)
+        todo = np.vstack([np.column_stack([rest[:, 0], mid]), np.column_stack([mid, rest[:, 1]])])
+        total += int(fine.sum())
+        if total + len(todo) > MAX_PIECES:
+            raise LimitError(
+                f"margins: the phase of L turns too often below {math.exp(grid[-1]):g} rad/s to "
+                "follow; shorten the delay or lower the gain at high frequency."
+            )
+    ends, pieces = np.vstack(done_ends), np.vstack(done)
+    order = np.argsort(ends[:, 0])
+    return ends[order], pieces[order]
+
+
+def zero_frequencies(ends: Array, coefficients: Array) -> Array:
+    """All ω at which a real function, given by its pieces, crosses or touches zero, by rising ω."""
+    k, xi = zeros(coefficients)
+    x = ends[k].mean(axis=1) + xi * np.diff(ends[k], axis=1)[:, 0] / 2
+    x = np.sort(x)
+    once = np.diff(x, prepend=-np.inf) > 1e-11 * np.maximum(np.abs(x), 1.0)
+    return np.asarray(np.exp(x[once]))

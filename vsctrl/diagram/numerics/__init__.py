@@ -1,0 +1,1 @@
+"""Chebyshev polynomials and graphs: tables and searches that several rooms need."""

@@ -1,0 +1,1 @@
+"""Padé models of delays, their order and their error."""

@@ -1,0 +1,249 @@
+"""A Padé model that knows what it stands for: a python-control system that shows its own error.
+
+The error is that of the matrices as they are, rounding included, against the exact response:
+
+    error(ω) = |model(jω) − H(jω)| / max(|H(jω)|, 1e-3 · median of |H| within half an octave of ω)
+
+It is relative everywhere, also beside the pole of an integrator; only in a notch of H, where any
+difference is large relative to nothing, is it measured against what lies around the notch. Where H
+is 0 all around, the error is absolute.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from numbers import Real
+from typing import Any, Protocol
+
+import control
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vsctrl.diagram.frequency.margins import Margins
+from vsctrl.diagram.realisation.delay_system import DelaySystem
+from vsctrl.diagram.signals.elementary import Step
+from vsctrl.diagram.signals.signal import Signal
+from vsctrl.errors import InputError
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+FLOOR = 1e-3  #: of the response around it, below which a notch is not followed
+OCTAVE = 2.0 ** np.linspace(-0.5, 0.5, 17)
+BESIDE = 1e-6  #: relative distance to a pole on the axis; nearer there is only rounding
+FROM = 1e-4  #: of a band's end, where the scan of one from 0 begins
+PER_DECADE = 50
+MOST_POINTS = 4000
+CHUNK = 2_000_000  #: complex numbers that are worked on at once
+
+
+class Exact(Protocol):
+    """What a Padé model stands for: the exact channel, as far as the model asks it."""
+
+    @property
+    def source(self) -> str: ...
+    @property
+    def target(self) -> str: ...
+    @property
+    def sign(self) -> int: ...
+    @property
+    def realisation(self) -> DelaySystem: ...
+    def __call__(self, s: ArrayLike) -> Any: ...
+    def response(self, signal: Signal, t: ArrayLike) -> control.TimeResponseData: ...
+
+
+class ExactLoop(Exact, Protocol):
+    """An exact channel that is the L of a loop."""
+
+    def margins(self) -> Margins: ...
+
+
+class PadeModel(control.StateSpace):
+    """A channel whose delays are Padé models of one order: a `control.StateSpace` with its error.
+
+    `order` is that of each delay's model, `exact` the channel that it stands for, `band` (rad/s)
+    where its error is looked for. Sums, products and loops made of it are plain state spaces.
+    """
+
+    def __init__(
+        self,
+        matrices: tuple[Array, Array, Array, Array],
+        exact: Exact,
+        order: int,
+        band: tuple[float, float],
+        **names: Any,
+    ) -> None:
+        super().__init__(*matrices, **names)
+        self.order = order
+        self.exact = exact
+        self.band = band
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> PadeModel:
+        """A copy with matrices and names of its own; the exact channel, which is frozen, is kept.
+
+        python-control copies systems deeply, and a diagram need not be copied with each.
+        """
+        twin = type(self).__new__(type(self))
+        memo |= {id(self): twin, id(self.exact): self.exact}
+        twin.__dict__.update(copy.deepcopy(self.__dict__, memo))
+        return twin
+
+    @property
+    def delays(self) -> tuple[float, ...]:
+        """The delays that are modelled, in s, each once."""
+        return tuple(sorted({float(tau) for tau in self.exact.realisation.delays}))
+
+    def values(self, s: ArrayLike) -> Complex:
+        """The model at complex s (rad/s), any shape; as ``model(s)``, but all points at once."""
+        at = np.asarray(s, complex)
+        system = DelaySystem(self.A, self.B, self.C, self.D, ())
+        parts = max(1, at.size * (self.nstates + 1) ** 2 // CHUNK)
+        try:
+            found = [system.transfer(x)[:, 0, 0] for x in np.array_split(at.ravel(), parts)]
+        except np.linalg.LinAlgError:  # one of the points is a pole
+            found = [np.atleast_1d(self(at.ravel(), squeeze=True, warn_infinite=False))]
+        return np.concatenate(found).reshape(at.shape)
+
+    def error(self, omega: ArrayLike) -> Array:
+        """The relative error at each ω (rad/s), real and of the shape of `omega`.
+
+        At ω = 0 and on a pole it is that a little beside.
+        Errors: `InputError` for what is no finite frequency.
+        """
+        w = _frequencies(omega)
+        unit = self.band[1]
+        w = np.where(w == 0, BESIDE * unit, w)
+        with np.errstate(all="ignore"):
+            exact = self.exact(1j * w)
+            w = np.where(np.isfinite(exact), w, w * (1 + BESIDE))
+            exact, around = self.exact(1j * w), np.abs(self.exact(1j * w[..., None] * OCTAVE))
+            size = np.maximum(np.abs(exact), FLOOR * np.median(around, axis=-1))
+            off = np.abs(self.values(1j * w) - exact)
+            relative = off / np.where(size == 0, 1.0, size)
+        return np.where(np.isnan(relative), np.inf, relative)
+
+    def worst(self, band: tuple[float, float] | None = None) -> tuple[float, float]:
+        """(ω, error): the largest relative error over a band (rad/s), and where it is.
+
+        The band is scanned by 50 points a decade, by steps of 0.2 rad of the delays' turn, and
+        round each resonance and notch of the model; the highest peaks seen are then halved down to
+        where they are. A band from 0 is scanned from 1e-4 of its end: Padé models are exact at 0.
+        """
+        low, high = self.band if band is None else checked_band(self.exact, band)
+        at = self._scanned(low, high)
+        error = self.error(at)
+        for _ in range(40):
+            top = error.max()
+            padded = np.concatenate([[-1.0], error, [-1.0]])
+            peak = (error >= padded[:-2]) & (error >= padded[2:]) & (error >= top / 3)
+            peak[np.argsort(error)[:-40]] = False
+            gap = np.flatnonzero(peak[:-1] | peak[1:])
+            gap = gap[np.diff(at)[gap] > BESIDE * at[gap]]
+            if not len(gap):
+                break
+            middle = (at[gap] + at[gap + 1]) / 2
+            new = self.error(middle)
+            at, error = np.insert(at, gap + 1, middle), np.insert(error, gap + 1, new)
+        best = int(error.argmax())
+        return float(at[best]), float(error[best])
+
+    def roughly_worst(self) -> float:
+        """The largest relative error at a few frequencies of the band: at most that of `worst`."""
+        low, high = self.band
+        at = self._scanned(low, high)
+        return float(self.error(at[:: -max(1, len(at) // 60)]).max())
+
+    def step_error(self, t: ArrayLike) -> Array:
+        """Step response of the model minus the exact one, at equally spaced times from 0 (s).
+
+        Where the exact one jumps, its right limit counts.
+        Errors: `InputError` for other times, and for a channel with no step response.
+        """
+        exact = self.exact.response(Step(), t).outputs
+        times = np.asarray(t, float)
+        steps = np.diff(times)
+        even = len(times) > 1 and steps[0] > 0 and np.ptp(steps) < 1e-6 * steps[0]
+        if not even or times[0] != 0:
+            raise InputError("step_error: t must be equally spaced times that begin at 0 s.")
+        return np.asarray(control.forced_response(self, times, np.ones_like(times)).outputs - exact)
+
+    @property
+    def sentence(self) -> str:
+        """What the model stands for and how far off it is over its band, in one line."""
+        off = self.worst()[1]
+        where = f"over {self.band[0]:g}…{self.band[1]:.4g} rad/s against the exact response"
+        if not self.delays:
+            return f"No delay: nothing is approximated; largest error {off:.1g} {where}"
+        late = ", ".join(f"{tau:g}" for tau in self.delays)
+        several = "delays" if len(self.delays) > 1 else "a delay of"
+        return f"Padé order {self.order} for {several} {late} s; largest error {off:.1g} {where}"
+
+    def __str__(self) -> str:
+        return f"{super().__str__()}\n\n{self.sentence}"
+
+    def _repr_html_(self) -> str:
+        # python-control writes no matrix that is too large to read, and then gives None.
+        head = super()._repr_html_() or f"{self.name}: {self.nstates} states"
+        return f"{head}\n<p>{self.sentence}</p>"
+
+    def _scanned(self, low: float, high: float) -> Array:
+        """Frequencies of a band that no peak of the error can hide between, by rising ω."""
+        low = low or FROM * high
+        late = sum(float(tau) for tau in self.exact.realisation.delays)
+        turns = min(MOST_POINTS, 2 + int(5 * late * (high - low)))
+        decades = np.log10(high / low)
+        features = np.concatenate([self.poles(), self._finite_zeros()])
+        # On the axis itself there is only rounding to compare.
+        width = np.maximum(np.abs(features.real), BESIDE * np.abs(features))
+        off_axis = features[np.abs(features.real) > BESIDE * np.abs(features)]
+        every = np.concatenate(
+            [
+                np.geomspace(low, high, 8 + int(PER_DECADE * decades)),
+                np.linspace(low, high, turns),
+                *(np.abs(features.imag) + k * width for k in (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)),
+                np.abs(off_axis.imag),
+            ]
+        )
+        return np.unique(every[(every >= low) & (every <= high)])
+
+    def _finite_zeros(self) -> Complex:
+        zeros = np.asarray(self.zeros(), complex) if self.nstates else np.zeros(0, complex)
+        return zeros[np.isfinite(zeros)]
+
+
+def _frequencies(omega: ArrayLike) -> Array:
+    try:
+        w = np.asarray(omega)
+        w = w.astype(float) if w.dtype.kind in "iuf" else np.array(np.nan)
+    except ValueError:  # a ragged list
+        w = np.array(np.nan)
+    if not np.isfinite(w).all():
+        raise InputError("error: omega must be finite frequencies in rad/s.")
+    return w
+
+
+Band = tuple[float, float]
+
+
+def checked_band(channel: Any, band: Any) -> Band:
+    """A band (low, high) in rad/s; without one, from 0 to a full turn of the longest delay, 2π/τ.
+
+    Up to there a delay can bring a loop to −180° by itself, so that crossover, bandwidth and the
+    peaks of a loop that the delay limits lie inside. Without a delay it ends at ten times the
+    fastest rate.
+    """
+    if band is None:
+        system = channel.realisation
+        if system.delays:
+            return 0.0, 2 * math.pi / float(max(system.delays))
+        fastest = float(np.abs(np.linalg.eigvals(system.A)).max(initial=0.0))
+        return 0.0, 10 * fastest or 10.0
+    pair = tuple(band) if isinstance(band, tuple | list | np.ndarray) else ()
+    numbers = all(isinstance(w, Real) and not isinstance(w, bool) for w in pair)
+    if len(pair) == 2 and numbers and 0 <= pair[0] < pair[1] < math.inf:
+        return float(pair[0]), float(pair[1])
+    raise InputError(
+        f"pade: band = {band!r} is no band; give two frequencies in rad/s, as (0.01, 50), the "
+        "first 0 or more and below the second."
+    )

@@ -1,0 +1,177 @@
+"""The bridge to python-control: every delay channel replaced by a Padé model of one order.
+
+Each delay gets a balanced state-space Padé model of its own, put into its channel before the loop
+is closed: that stays well conditioned at orders where polynomials have long lost their digits, and
+needs as many states as there are, where L/(1 + L) on transfer functions doubles them. The order is
+given, or it is the smallest that keeps to a tolerance: on the response, or on a loop's margins.
+"""
+
+from __future__ import annotations
+
+import math
+from numbers import Real
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.diagram.frequency import margins as frequency
+from vsctrl.diagram.pade.approximant import matrices, pade_delay
+from vsctrl.diagram.pade.model import checked_band
+from vsctrl.errors import InputError, LimitError, nearest
+
+if TYPE_CHECKING:
+    from vsctrl.diagram.pade.model import Exact, ExactLoop, PadeModel
+
+Array = NDArray[np.float64]
+Band = tuple[float, float]
+
+MOST = 40  #: the highest order
+
+
+def model(channel: Exact, order: object, tol: object, band: object) -> PadeModel:
+    """The model of a channel of a given order, or of the smallest that keeps to `tol` over `band`.
+
+    Errors: `InputError` for neither or both of `order` and `tol`, for one that is not usable, for
+    a band that is none, and for a tolerance that no order up to 40 reaches.
+    """
+    _check_one_is_given(order, tol)
+    limits = checked_band(channel, band)
+    if tol is None:
+        return _of_order(channel, _checked_order(order), limits)
+    bound = _checked_tolerance(tol)
+    if not channel.realisation.delays:
+        return _of_order(channel, 1, limits)
+    best, least = 0, math.inf
+    for n in range(1, MOST + 1):
+        found = _of_order(channel, n, limits)
+        # A few frequencies are enough to see that most orders fail.
+        error = found.roughly_worst()
+        if error <= bound:
+            error = found.worst()[1]
+        if error <= bound:
+            return found
+        if error < least:
+            best, least = n, error
+    at, least = _of_order(channel, best, limits).worst()
+    raise InputError(
+        f"pade: tol = {bound:g} is reached by no order up to {MOST} from {limits[0]:g} to "
+        f"{limits[1]:g} rad/s; the best is order {best}, off by {least:.2g} at {at:.4g} rad/s. "
+        "Allow more, or give a band that ends lower."
+    )
+
+
+def model_for(loop: ExactLoop, order: object, tol: object, band: object, on: object) -> PadeModel:
+    """The model of L of the smallest order whose margins and stability are those of the exact loop.
+
+    Gain, phase and delay margin and peak sensitivity agree to `tol` relative to the exact values,
+    and the model's loop is stable if and only if the exact one is. Errors: `InputError` as for
+    `model`, and for a band, an order or a word other than "margins".
+    """
+    if on != "margins":
+        hint = nearest(on, ("response", "margins"))
+        raise InputError(f"pade: on = {on!r} is unknown{hint}; give 'response' or 'margins'.")
+    _check_one_is_given(order, tol)
+    if order is not None:
+        raise InputError("pade: on='margins' looks for an order; give it a tol and no order.")
+    if band is not None:
+        raise InputError("pade: margins look at all frequencies; leave out band or on='margins'.")
+    bound, limits = _checked_tolerance(tol), checked_band(loop, None)
+    if not loop.realisation.delays:
+        return _of_order(loop, 1, limits)
+    exact = loop.margins()
+    best, least, worst = 0, math.inf, ""
+    for n in range(1, MOST + 1):
+        found = _of_order(loop, n, limits)
+        error, which = _disagreement(found, exact)
+        if error <= bound:
+            return found
+        if error < least or not best:
+            best, least, worst = n, error, which
+    raise InputError(
+        f"pade: tol = {bound:g} is reached on the margins by no order up to {MOST}; the best is "
+        f"order {best}, whose {worst} is off by {least:.2g} of the exact loop's. Allow more."
+    )
+
+
+def model_margins(found: PadeModel) -> frequency.Margins:
+    """The margins of a model of L, read as the exact ones are but from the rational function."""
+    system = found.exact.realisation
+    late = [float(tau) for tau in system.delays]
+    bends = [np.abs(np.linalg.eigvals(system.A)), 1 / np.array(late)]
+    bends += [np.abs(np.linalg.eigvals(pade_delay(tau, found.order)[0])) for tau in late]
+    closed = found.A - found.B @ found.C / (1 + found.D[0, 0])
+    unstable = int((np.linalg.eigvals(closed).real > -1e-12).sum())
+    return frequency.margins(found.values, np.concatenate(bends), 0.0, unstable)
+
+
+def _disagreement(found: PadeModel, exact: frequency.Margins) -> tuple[float, str]:
+    """The largest relative difference of the margins, and of which; infinite where L differs."""
+    if found.D[0, 0] == -1:
+        return math.inf, "algebraic loop"
+    try:
+        own = model_margins(found)
+    except LimitError:
+        return math.inf, "response"
+    if own.stable != exact.stable:
+        return math.inf, "stability"
+    mine, theirs = _compared(own), _compared(exact)
+    return max((_relative(mine[name], theirs[name]), name) for name in theirs)
+
+
+def _compared(margins: frequency.Margins) -> dict[str, float]:
+    """What a stable loop keeps; of an unstable one, of the two gain margins the nearer to 1."""
+    above, below = margins.gain, margins.gain_down
+    nearer = above if above * below <= 1 else below
+    gains = {"gain margin": above, "lower gain margin": below}
+    return (gains if margins.stable else {"gain margin": nearer}) | {
+        "phase margin": margins.phase,
+        "delay margin": margins.delay,
+        "peak sensitivity": margins.peak_sensitivity,
+    }
+
+
+def _relative(value: float, exact: float) -> float:
+    if value == exact:
+        return 0.0
+    if not (math.isfinite(value) and math.isfinite(exact) and exact):
+        return math.inf
+    return abs(value / exact - 1)
+
+
+def _of_order(channel: Exact, order: int, band: Band) -> PadeModel:
+    from vsctrl.diagram.pade.model import PadeModel
+
+    A, B, C, D = matrices(channel.realisation, order)
+    sign = channel.sign
+    return PadeModel(
+        (A, B, sign * C, sign * D),
+        channel,
+        order,
+        band,
+        inputs=[channel.source],
+        outputs=[channel.target],
+    )
+
+
+def _check_one_is_given(order: object, tol: object) -> None:
+    if (order is None) == (tol is None):
+        raise InputError(
+            f"pade: order = {order!r} and tol = {tol!r}; give one of the two, an order from "
+            f"1 to {MOST} or a relative error as tol=1e-6."
+        )
+
+
+def _checked_order(order: object) -> int:
+    whole = isinstance(order, int | np.integer) and not isinstance(order, bool)
+    if not whole or not 1 <= int(order) <= MOST:  # type: ignore[call-overload]
+        raise InputError(f"pade: order = {order!r} is not usable; give a whole number 1 to {MOST}.")
+    return int(order)  # type: ignore[call-overload]
+
+
+def _checked_tolerance(tol: object) -> float:
+    if isinstance(tol, bool) or not isinstance(tol, Real) or not 0 < float(tol) < 1:
+        raise InputError(
+            f"pade: tol = {tol!r} is no relative error; give a number between 0 and 1, as 1e-6."
+        )
+    return float(tol)

@@ -1,0 +1,1 @@
+"""State space plus delay channels: the numbers that every numeric method works on."""

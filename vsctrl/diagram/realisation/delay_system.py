@@ -1,0 +1,102 @@
+"""The numeric system behind every exact-delay face: state space plus delay channels.
+
+    x' = A x + B [u; w]      y = C[:p] x + D[:p] [u; w]      wⱼ(t) = zⱼ(t − τⱼ)
+                             z = C[p:] x + D[p:] [u; w]
+
+Every delay of a diagram is one channel zⱼ → wⱼ; the rest is finite-dimensional. Delays that are
+zero have become algebraic before they get here. How derivatives of signals are removed is left to
+`descriptor`; what is computed from the system, to `frequency`, `roots`, `response` and `pade`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DelaySystem:
+    """A (n, n), B (n, r+m), C (p+m, n), D (p+m, r+m) and the m delays in seconds, all > 0."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    delays: tuple[Fraction, ...]
+
+    @property
+    def inputs(self) -> int:
+        """Number r of external inputs."""
+        return self.B.shape[1] - len(self.delays)
+
+    @property
+    def outputs(self) -> int:
+        """Number p of external outputs."""
+        return self.C.shape[0] - len(self.delays)
+
+    def scaled(self, unit: float) -> DelaySystem:
+        """The same system with time counted in multiples of `unit` (s)."""
+        slope = np.array([[unit]])
+        delays = tuple(tau / Fraction(unit) for tau in self.delays)
+        return DelaySystem(self.A * slope, self.B * slope, self.C, self.D, delays)
+
+    def closed(self) -> DelaySystem:
+        """The autonomous system left when its one output is fed back to its one input.
+
+        Its roots are the zeros of 1 + L where the loop transfer function L is minus this system.
+        """
+        r = 1
+        gain = 1 / (1 - self.D[0, 0])
+        u = gain * np.concatenate([self.C[0], self.D[0, r:]])
+        n = len(self.A)
+        states = np.hstack([self.A, self.B[:, r:]]) + np.outer(self.B[:, 0], u)
+        rest = np.hstack([self.C[1:], self.D[1:, r:]]) + np.outer(self.D[1:, 0], u)
+        return DelaySystem(states[:, :n], states[:, n:], rest[:, :n], rest[:, n:], self.delays)
+
+    def characteristic(self, at: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """The matrix [[sI − A, −B₂], [−Δ C₂, I − Δ D₂₂]], Δ = diag e^{−sτ}; its zeros are poles.
+
+        `at` has any shape; the result is (…, n+m, n+m).
+        """
+        tau, fixed, unit, late, _ = self._affine
+        lag = np.exp(-at[..., None] * tau)[..., None]
+        return np.asarray(fixed + at[..., None, None] * unit - lag * late, complex)
+
+    @cached_property
+    def _affine(self) -> tuple[Array, Array, Array, Array, Array]:
+        """(τ, M₀, E, K, diag(τ) K) with characteristic(s) = M₀ + s E − Δ K."""
+        n, r, p = len(self.A), self.inputs, self.outputs
+        tau = np.array([float(delay) for delay in self.delays])
+        size = n + len(tau)
+        fixed, late, unit = np.eye(size), np.zeros((size, size)), np.zeros((size, size))
+        fixed[:n, :n], fixed[:n, n:] = -self.A, -self.B[:, r:]
+        late[n:, :n], late[n:, n:] = self.C[p:], self.D[p:, r:]
+        unit[:n, :n] = np.eye(n)
+        tau = np.concatenate([np.zeros(n), tau])
+        return tau, fixed, unit, late, tau[:, None] * late
+
+    def characteristic_and_slope(
+        self, at: NDArray[np.complex128]
+    ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """`characteristic` and its derivative with respect to s, same shape."""
+        tau, fixed, unit, late, slope = self._affine
+        lag = np.exp(-at[..., None] * tau)[..., None]
+        matrix = fixed + at[..., None, None] * unit - lag * late
+        return np.asarray(matrix, complex), np.asarray(unit + lag * slope, complex)
+
+    def transfer(self, at: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """The p×r transfer matrix at each s of `at`, exact; (…, p, r)."""
+        n, r, p = len(self.A), self.inputs, self.outputs
+        lag = np.exp(-at[..., None] * np.array([float(tau) for tau in self.delays]))[..., None]
+        right = np.zeros((*at.shape, n + len(self.delays), r), complex)
+        right[..., :n, :] = self.B[:, :r]
+        right[..., n:, :] = lag * self.D[p:, :r]
+        inner = np.linalg.solve(self.characteristic(at), right)
+        left = np.hstack([self.C[:p], self.D[:p, r:]])
+        return np.asarray(left @ inner + self.D[:p, :r], complex)

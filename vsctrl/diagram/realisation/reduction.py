@@ -1,0 +1,86 @@
+"""A delay system without what its roots do not depend on."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.diagram.realisation.delay_system import DelaySystem
+
+Array = NDArray[np.float64]
+
+
+def pruned(system: DelaySystem) -> DelaySystem:
+    """Drop the states and delay channels that the inputs do not reach or the outputs do not see."""
+    n, r, p, m = len(system.A), system.inputs, system.outputs, len(system.delays)
+    # Node i < n is state i, node n + j is delay channel j; an edge means "depends on".
+    edges = np.zeros((n + m, n + m), bool)
+    edges[:n, :n], edges[:n, n:] = system.A != 0, system.B[:, r:] != 0
+    edges[n:, :n], edges[n:, n:] = system.C[p:] != 0, system.D[p:, r:] != 0
+    driven = np.concatenate([system.B[:, :r].any(1), system.D[p:, :r].any(1)])
+    seen = np.concatenate([system.C[:p].any(0), system.D[:p, r:].any(0)])
+    for _ in range(n + m):
+        driven = driven | (edges & driven).any(1)
+        seen = seen | (edges.T & seen).any(1)
+    keep = driven & seen
+    x, w = np.flatnonzero(keep[:n]), np.flatnonzero(keep[n:])
+    columns, rows = np.r_[0:r, r + w].astype(int), np.r_[0:p, p + w].astype(int)
+    return DelaySystem(
+        system.A[np.ix_(x, x)],
+        system.B[np.ix_(x, columns)],
+        system.C[np.ix_(rows, x)],
+        system.D[np.ix_(rows, columns)],
+        tuple(system.delays[j] for j in w),
+    )
+
+
+def delays_in_loops(system: DelaySystem) -> DelaySystem:
+    """The autonomous system without the delay channels that do not act on themselves.
+
+    They make the characteristic matrix block triangular and leave its determinant alone.
+    """
+    n, r, p, m = len(system.A), system.inputs, system.outputs, len(system.delays)
+    reach = np.zeros((n + m, n + m), bool)
+    reach[:n, :n], reach[:n, n:] = system.A != 0, system.B[:, r:] != 0
+    reach[n:, :n], reach[n:, n:] = system.C[p:] != 0, system.D[p:, r:] != 0
+    for _ in range((n + m).bit_length()):
+        reach = reach | (reach @ reach)
+    w = np.flatnonzero(np.diag(reach)[n:])
+    B, C, D = system.B[:, r + w], system.C[p + w], system.D[np.ix_(p + w, r + w)]
+    return _merged(DelaySystem(system.A, B, C, D, tuple(system.delays[j] for j in w)))
+
+
+def _merged(system: DelaySystem) -> DelaySystem:
+    """Equal delays that act alike, or delay the same signal, as one, with the same determinant.
+
+    det(I − e^{−sτ} P Q) = det(I − e^{−sτ} Q P). Signals that cancel, as the plant's and the model's
+    in a Smith predictor, then do so before e^{−sτ}, which is large far left, multiplies their
+    rounding.
+    """
+    into, out = np.vstack([system.B, system.D]), np.hstack([system.C, system.D])
+    for i, j in combinations(range(len(system.delays)), 2):
+        if system.delays[i] != system.delays[j]:
+            continue
+        alike, same = _ratio(into[:, i], into[:, j]), _ratio(out[i], out[j])
+        if alike is None and same is None:
+            continue
+        B, C, D = system.B.copy(), system.C.copy(), system.D.copy()
+        if alike is not None:
+            C[i], D[i] = C[i] + alike * C[j], D[i] + alike * D[j]
+        elif same is not None:
+            B[:, i], D[:, i] = B[:, i] + same * B[:, j], D[:, i] + same * D[:, j]
+        kept = np.delete(np.arange(len(system.delays)), j)
+        delays = tuple(system.delays[k] for k in kept)
+        return _merged(DelaySystem(system.A, B[:, kept], C[kept], D[np.ix_(kept, kept)], delays))
+    return system
+
+
+def _ratio(one: Array, other: Array) -> float | None:
+    """The factor that takes one vector to the other, exactly; None where there is none."""
+    first = int(np.flatnonzero(one)[0]) if one.any() else 0
+    if one[first] == 0:
+        return None
+    ratio = float(other[first] / one[first])
+    return ratio if (ratio * one == other).all() else None

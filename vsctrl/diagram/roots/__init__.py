@@ -1,0 +1,1 @@
+"""Characteristic roots of delay systems: the rightmost, their certified count, neutral systems."""

@@ -1,0 +1,237 @@
+"""How many characteristic roots lie right of a line, by the argument principle.
+
+A list of roots, however well polished, does not say that none is missing. The turning of the
+characteristic determinant along a line does, and is given with the answer; where it cannot be had,
+a sentence says why. Of a neutral loop the chains of roots are settled first (`chains`): right of
+them it is counted like any other.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.diagram.realisation.delay_system import DelaySystem
+from vsctrl.diagram.realisation.reduction import delays_in_loops
+from vsctrl.diagram.roots.neutral import DifferenceOperator, perron
+from vsctrl.diagram.roots.rightmost import rightmost
+from vsctrl.errors import InputError, LimitError
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+MOST_SAMPLES = 500_000
+MOST_LISTED = 64  #: roots that are worked out one by one
+
+
+@dataclass(frozen=True)
+class RootsRight:
+    """The characteristic roots right of Re s = `sigma` (rad/s).
+
+    `count` is that of the argument principle if `certified`, infinite for a chain of a neutral
+    loop; `roots` lists them, at most the rightmost `MOST_LISTED`; `sentence` says how it is known.
+    """
+
+    sigma: float
+    roots: Complex
+    count: float
+    certified: bool
+    sentence: str
+    #: No chain of roots tends to a line right of this (rad/s), and one to it where the delays have
+    #: a common divisor that is not too small; −inf where there are no chains.
+    chain: float = -math.inf
+
+
+def roots_right_of(system: DelaySystem, sigma: float = 0.0) -> RootsRight:
+    """The roots right of a line, with the count that certifies them where there is one."""
+    system = delays_in_loops(system)
+    unit = float(max(system.delays, default=1))
+    chains = DifferenceOperator.of(system.scaled(unit))
+    line = chains.line() / unit
+    count = _count(system, chains, sigma)
+    roots = _listed(system, sigma, count)
+    if count is None:
+        why = (
+            "a root lies too near the line, or the determinant turns too often to follow"
+            if chains.margin(sigma * unit)
+            else "this neutral loop has chains of roots, which cannot be told to lie left or right "
+            f"of {sigma:g} rad/s (none lies right of {line:g} rad/s)"
+        )
+        sentence = f"{len(roots)} were found; they are not certified, because {why}."
+        return RootsRight(sigma, roots, len(roots), False, sentence, line)
+    if math.isinf(count):
+        sentence = f"A neutral loop has a chain of roots right of {sigma:g} rad/s: infinitely many."
+        return RootsRight(sigma, roots, count, True, sentence, line)
+    complete = len(roots) == count
+    sentence = (
+        f"The determinant turns as often as {count:g} roots make it; {len(roots)} are listed."
+    )
+    if not chains.none:
+        sentence += " " + _about(chains.robust(sigma * unit), line, sigma)
+    return RootsRight(sigma, roots, count, complete or count > MOST_LISTED, sentence, line)
+
+
+def _listed(system: DelaySystem, sigma: float, count: float | None) -> Complex:
+    """The roots right of the line, found by ever finer discretisation until none is missing."""
+    wanted = MOST_LISTED if count is None else int(min(count + 2, MOST_LISTED))
+    while True:
+        roots = rightmost(system, wanted)
+        roots = roots[roots.real > sigma]
+        if count is None or len(roots) >= min(count, MOST_LISTED) or wanted >= MOST_LISTED:
+            return roots[:MOST_LISTED]
+        wanted = min(2 * wanted + 6, MOST_LISTED)
+
+
+def _about(robust: bool | None, line: float, sigma: float) -> str:
+    """A sentence on chains left of the line of which the delays' ratios may be the only reason."""
+    told = f"The chains of roots of this neutral loop lie no further right than {line:g} rad/s"
+    if robust is None:
+        return (
+            f"{told}; whether they stay left of {sigma:g} rad/s if the delays change is not told."
+        )
+    if robust:
+        return f"{told}, strongly: small changes of the delays bring none right of {sigma:g} rad/s."
+    return (
+        f"{told}, but not strongly: arbitrarily small changes of the delays bring some right of "
+        f"{sigma:g} rad/s."
+    )
+
+
+def count_right_of(system: DelaySystem, sigma: float = 0.0) -> float:
+    """How many roots lie right of Re s = sigma (rad/s); infinite where a neutral loop has a chain.
+
+    By the argument principle; where that cannot tell (a chain or a root on the line), by taking
+    ever more of the rightmost roots. Errors: `LimitError` where all of those, 32, are right of it.
+    """
+    system = delays_in_loops(system)
+    unit = float(max(system.delays, default=1))
+    with np.errstate(all="ignore"):
+        scaled = system.A * unit, system.B * unit, system.C, system.D
+    if not all(np.isfinite(part).all() for part in scaled):
+        raise InputError(
+            "unstable roots: the loop's gains and rates times its longest delay exceed what "
+            "numbers can hold; give smaller ones, or another unit of time."
+        )
+    count = _count(system, DifferenceOperator.of(system.scaled(unit)), sigma)
+    if count is not None:
+        return count
+    right = 0
+    for n in (8, 32):
+        roots = rightmost(system, n)
+        right = int((roots.real > sigma).sum())
+        if right < len(roots) or len(roots) < n:
+            return right
+    raise LimitError(
+        f"unstable roots: at least {right} lie right of {sigma:g} rad/s, too many to count as the "
+        "phase turns too often there, or a chain of them is on the line; shorten the delay or "
+        "lower the gain."
+    )
+
+
+def _count(system: DelaySystem, chains: DifferenceOperator, sigma: float) -> float | None:
+    """The number of roots right of sigma without listing them; None where it cannot be told."""
+    if not system.delays:
+        return int((np.linalg.eigvals(system.A).real > sigma).sum())
+    unit = float(max(system.delays))
+    margin = chains.margin(sigma * unit)
+    if not margin:
+        return None if margin is None else math.inf
+    return _turns(system.scaled(unit), sigma * unit, margin)
+
+
+def _turns(system: DelaySystem, sigma: float, margin: float) -> int | None:
+    """Roots right of sigma: N = n/2 − (arg g(σ + jω) from ω = 0 to ∞)/π, g = det M / det E.
+
+    E = I − Δ D₂₂ and M the characteristic matrix: g = det(sI − A − B₂ E⁻¹ Δ C₂) tends to sⁿ. Where
+    |g/sⁿ − 1| < 1 for good, the rest of the turn is known. None where a root lies so near the line
+    that its side cannot be told, or g turns too often to follow.
+    """
+    n = len(system.A)
+    if n == 0:
+        return 0
+    with np.errstate(over="ignore", invalid="ignore"):
+        top = _settled(system, sigma, margin)
+    if not top * sum(float(tau) for tau in system.delays) <= MOST_SAMPLES:
+        return None
+    omega = np.linspace(0.0, top, 33)
+    phase, reach = _phases(system, sigma, omega)
+    while True:
+        # Between two points no nearer root than that can hide, so the shorter way round is it.
+        gap = np.diff(omega)
+        rough = np.flatnonzero(gap > np.maximum(reach[:-1], reach[1:]))
+        if not len(rough):
+            break
+        if len(omega) + len(rough) > MOST_SAMPLES or gap[rough].min() < 1e-15 * top:
+            return None
+        middle = (omega[rough] + omega[rough + 1]) / 2
+        new, near = _phases(system, sigma, middle)
+        omega = np.insert(omega, rough + 1, middle)
+        phase, reach = np.insert(phase, rough + 1, new, 1), np.insert(reach, rough + 1, near)
+    step = np.angle(np.exp(1j * np.diff(phase)))
+    end = sigma + 1j * top
+    ratio = float(phase[0, -1] - phase[1, -1]) - n * float(np.angle(end))
+    rest = n * (math.pi / 2 - float(np.angle(end))) - math.remainder(ratio, 2 * math.pi)
+    turned = n / 2 - (float((step[0] - step[1]).sum()) + rest) / math.pi
+    count = round(turned)
+    return count if abs(turned - count) < 0.01 and count >= 0 else None
+
+
+def _settled(system: DelaySystem, sigma: float, margin: float) -> float:
+    """A frequency beyond which |g/sⁿ − 1| < 1.
+
+    g = det(sI − X), |X| ≤ |A| + |B₂| |E⁻¹Δ| |C₂| =: P in each entry, so no eigenvalue of X is
+    larger than the Perron root ρ of P and |g/sⁿ − 1| ≤ (1 + ρ/|s|)ⁿ − 1.
+    """
+    n, r, p = len(system.A), system.inputs, system.outputs
+    lag = np.exp(-sigma * np.array([float(tau) for tau in system.delays]))
+    through = lag[:, None] * np.abs(system.D[p:, r:])
+    m = len(lag)
+    if perron(through) < 1 - 1e-9:
+        most = np.linalg.solve(np.eye(m) - through, np.diag(lag))  # Neumann's series
+    else:
+        # The m − 1 largest singular values of E make its adjugate, 1/det E at most 1/margin.
+        size = (np.eye(m) + through) ** 2
+        adjugate = (size.sum() / max(m - 1, 1)) ** ((m - 1) / 2)
+        most = np.full((m, m), adjugate / margin) * lag
+    P = np.abs(system.A) + np.abs(system.B[:, r:]) @ most @ np.abs(system.C[p:])
+    return 1.01 * perron(P) / (2 ** (1 / n) - 1) + 1e-300
+
+
+def _phases(system: DelaySystem, sigma: float, omega: Array) -> tuple[Array, Array]:
+    """arg det M and arg det E at points σ + jω of a line, and how far along it neither turns by π.
+
+    M(s + jδ) = M(s) (I + Y), the eigenvalues of Y at most δ times the Perron root y of
+    |[[I, 0], [−C₂, −D₂₂]] M⁻¹| diag(1, τ|Δ|), and each turns det M by asin(δ y) at most.
+    """
+    n, r, p = len(system.A), system.inputs, system.outputs
+    D = system.D[p:, r:]
+    tau = np.array([float(delay) for delay in system.delays])
+    weight = np.r_[np.ones(n), tau * np.exp(-sigma * tau)]
+    matrix = system.characteristic(np.asarray(sigma + 1j * omega))
+    change = np.block([[np.eye(n), np.zeros((n, len(D)))], [system.C[p:], D]])
+    rank = int(np.linalg.matrix_rank(D)) if D.any() else 0
+    phase = np.zeros((2, len(omega)))
+    phase[0], reach = _turn(matrix, change, weight, n + rank)
+    if rank:
+        phase[1], near = _turn(matrix[:, n:, n:], D, weight[n:], rank)
+        reach = np.minimum(reach, near)
+    return phase, reach
+
+
+def _turn(matrix: Complex, change: Array, weight: Array, rank: int) -> tuple[Array, Array]:
+    """The argument of a determinant and the δ up to which I + δY turns it by less than π.
+
+    Y has `rank` eigenvalues that are not zero; on a root δ is 0.
+    """
+    det = np.linalg.det(matrix)
+    matrix = np.where((det == 0)[:, None, None], np.eye(matrix.shape[-1]), matrix)
+    with np.errstate(all="ignore"):
+        power = np.abs(change @ np.linalg.inv(matrix)) * weight
+        for _ in range(3):
+            power = power @ power
+        y = power.sum(-1).max(-1) ** 0.125  # the Perron root, from above
+        reach = 0.99 * math.sin(math.pi / max(rank, 2)) / (y + 1e-300)
+    return np.angle(det), np.where((det == 0) | ~np.isfinite(y), 0.0, reach)

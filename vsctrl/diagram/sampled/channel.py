@@ -1,0 +1,249 @@
+"""A channel of a sampled twin, from an input to the samples of a signal, and L(z) of its loop.
+
+Nothing is computed here. Each method hands the closed recursion to the module that knows how, and
+wraps what comes back in the ecosystem's own type.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vsctrl.diagram.frequency import margins as frequency
+from vsctrl.diagram.quantities import frequencies, points, reals, shown
+from vsctrl.diagram.realisation.numeric import Numeric
+from vsctrl.diagram.sampled import cut, poles
+from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
+from vsctrl.diagram.signals.signal import Signal
+from vsctrl.diagram.symbolic import evaluation
+from vsctrl.errors import InputError, LimitError
+
+if TYPE_CHECKING:
+    import control
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+MOST_SAMPLES = 10_000_000  #: of one response, which is worked out sample by sample
+
+
+class Twin(Protocol):
+    """What a channel asks of the sampled system that it is one of."""
+
+    @property
+    def system(self) -> Numeric: ...
+    @property
+    def period(self) -> float: ...
+    def recursion(
+        self, targets: tuple[str, ...], source: str | None = None
+    ) -> DifferenceEquation: ...
+
+
+@dataclass(frozen=True)
+class SampledChannel:
+    """A transfer function in z between an input and the samples of a signal, `sign` included."""
+
+    twin: Twin
+    source: str
+    target: str
+    sign: int = 1
+
+    def __post_init__(self) -> None:
+        self.twin.system.diagram._check_channel(self.source, self.target)
+
+    @cached_property
+    def recursion(self) -> DifferenceEquation:
+        """The closed recursion behind every face; errors for an improper channel."""
+        return self.twin.recursion((self.target,), self.source)
+
+    def __call__(self, z: ArrayLike) -> Any:
+        """The exact value at complex z ≠ 0, any shape; infinite at a pole.
+
+        Errors: `InputError` where z is not finite, and at 0 where anything is late.
+        """
+        at = points("z", z)
+        late = max(self.recursion.taps)
+        if late and (at == 0).any():
+            raise InputError(
+                "channel: z = 0 is not usable, as the loop's delays z^{−d} are infinite there; "
+                "give another number."
+            )
+        with np.errstate(divide="ignore"):
+            turns = late * np.abs(np.log(np.abs(at))) if late else np.zeros(at.shape)
+        far = turns > evaluation.FARTHEST
+        value = self.recursion.transfer(np.where(far, 1.0, at))[..., 0, 0]
+        if far.any():
+            value = np.array(value)
+            value[far] = [self._where_floats_overflow(point) for point in at[far]]
+        value = value if self.sign > 0 else -value
+        return value if at.ndim else complex(value)
+
+    def _where_floats_overflow(self, z: complex) -> complex:
+        """The value where z^{−d} is too large or too small for a float, in numbers of any size."""
+        taps, m, n = self.recursion.taps, self.recursion.inner, self.recursion.states
+
+        def value(mp: Any) -> Any:
+            at = mp.mpc(z)
+            whole = sum((at ** (-d) * mp.matrix(T.tolist()) for d, T in taps.items()), mp.mpf(0))
+            if not m:
+                return whole[0, 0]
+            P = -whole[:m, :m]
+            for i in range(m):
+                P[i, i] += at if i < n else 1
+            return (whole[m:, :m] * mp.lu_solve(P, whole[:m, m:]))[0, 0] + whole[m, m]
+
+        return evaluation.to_agreement(value, f"z = {complex(z):g}")
+
+    def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
+        """The response at z = e^{jωT}, ω in rad/s, for python-control's Bode plots.
+
+        Its Nyquist plots take no frequency data that have a period, but they take `state_space()`.
+        """
+        import control
+
+        w = frequencies(omega)
+        return control.FrequencyResponseData(
+            self(np.exp(1j * w * self.twin.period)),
+            w,
+            self.twin.period,
+            smooth=False,
+            inputs=self.source,
+            outputs=self.target,
+            name=f"{self.source} to {self.target}, sampled",
+        )
+
+    def response(
+        self, signal: Signal | ArrayLike, n: int | None = None
+    ) -> control.TimeResponseData:
+        """The response from rest at t = kT to n samples of a signal, or to an array of samples."""
+        import control
+
+        t, samples = self._samples(signal, n)
+        y = self.sign * self.recursion.run(samples[:, None])
+        return control.TimeResponseData(
+            t,
+            y.T,
+            inputs=samples[None, :],
+            issiso=True,
+            input_labels=[self.source],
+            output_labels=[self.target],
+        )
+
+    def _samples(self, signal: Any, n: int | None) -> tuple[Array, Array]:
+        if isinstance(signal, Signal):
+            if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
+                raise InputError(
+                    f"response: n = {shown(n)} is no number of samples; "
+                    "give a whole number of 1 or more, the samples being a period apart."
+                )
+            if n > MOST_SAMPLES:
+                raise LimitError(
+                    f"response: n = {shown(n)} samples are too many; give {MOST_SAMPLES} or fewer."
+                )
+            t = np.asarray(float(self.twin.period) * np.arange(n))
+            return t, _numbers(signal, t)
+        samples = reals(signal)
+        if samples is None or samples.ndim != 1 or not len(samples):
+            raise InputError(
+                f"response: {shown(signal)} is no signal; give a Step(…), Ramp(…), Sine(…), … "
+                "and a number of samples, or a list of finite samples."
+            )
+        if n is not None and (not isinstance(n, int | np.integer) or n != len(samples)):
+            raise InputError(
+                f"response: n = {shown(n)}, but there are {len(samples)} samples; drop n."
+            )
+        return np.asarray(float(self.twin.period) * np.arange(len(samples))), samples
+
+    def poles(self, n: int | None = None) -> Complex:
+        """The n poles of largest modulus (all without n): of the closed loop and of the way here.
+
+        States that the wiring leaves out of loop and channel are left out.
+        """
+        return poles.largest(self._all_poles, n)
+
+    @cached_property
+    def _all_poles(self) -> Complex:
+        return poles.poles(self.recursion)
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether all poles are inside the unit circle."""
+        return bool((np.abs(self._all_poles) < 1).all())
+
+    def state_space(self) -> control.StateSpace:
+        """The channel as python-control's state space with dt = period, delays as registers."""
+        import control
+
+        A, B, C, D = self.recursion.state_space()
+        C, D = self.sign * C, self.sign * D
+        return control.ss(A, B, C, D, self.twin.period, inputs=[self.source], outputs=[self.target])
+
+
+@dataclass(frozen=True)
+class SampledLoop(SampledChannel):
+    """L(z) of a return difference 1 + L."""
+
+    @cached_property
+    def closed(self) -> DifferenceEquation:
+        """The recursion of this loop closed, whose poles are the zeros of 1 + L(z)."""
+        return cut.closed(self.recursion, self.sign, self.target)
+
+    def margins(self) -> frequency.Margins:
+        """Gain, phase and delay margins, peaks and all crossings of L(e^{jωT}), 0 ≤ ω ≤ π/T.
+
+        As for the continuous loop, with these readings: `unstable_roots` are on or outside the
+        unit circle, of this loop closed. Crossings at ω = 0 and at the Nyquist frequency π/T,
+        where L is real, are among the `phase_crossings`. `delay` in s is phase/ω, the D at which
+        L(z) z^{−D/T} = −1. Of more delay by whole periods, anywhere in the loop, it is exact: what
+        is shorter leaves the loop stable. A fraction of a period L does not take as z^{−D/T},
+        since a held signal is felt at other instants then: there it is an estimate, and
+        `with_(tau=…).sampled(…)` the answer. Where |L| ≥ 1 at π/T one more period always
+        destabilises, so that `delay` is at most one period.
+        """
+        T = float(self.twin.period)
+        top = math.pi / T
+        late = max(self.recursion.taps) * T
+
+        def L(s: Any) -> Any:
+            # Up to the Nyquist frequency; what lies beyond is a mirror image.
+            return self(np.exp(1j * np.minimum(np.imag(s), top) * T))
+
+        z = self._all_poles
+        rates = np.abs(np.log(z[z != 0])) / T
+        # The band ends tenfold above the highest rate.
+        rates = np.minimum(np.concatenate([rates, [top, 1 / late if late else top]]), top / 10)
+        unstable = int((np.abs(poles.poles(self.closed)) >= 1 - 1e-12).sum())
+        return self._with_ends(frequency.margins(L, rates, late, unstable), top)
+
+    def _with_ends(self, found: frequency.Margins, top: float) -> frequency.Margins:
+        """The margins with the crossings at ω = 0 and at the Nyquist frequency, where L is real."""
+        crossings = dict(found.phase_crossings)
+        at_zero, at_top = complex(self(1.0)), complex(self(-1.0))
+        if at_zero.real < 0 and np.isfinite(at_zero):
+            crossings[0.0] = 1 / -at_zero.real
+        if at_top.real < 0 and np.isfinite(at_top):
+            crossings = {w: f for w, f in crossings.items() if w < top * (1 - 1e-9)}
+            crossings[top] = 1 / -at_top.real
+        factors = crossings.values()
+        delay = found.delay
+        if found.stable and abs(at_top) >= 1:
+            delay = min(delay, float(self.twin.period))
+        return replace(
+            found,
+            gain=min((f for f in factors if f > 1), default=math.inf),
+            gain_down=max((f for f in factors if f < 1), default=0.0),
+            delay=delay,
+            phase_crossings=tuple(sorted(crossings.items())),
+        )
+
+
+def _numbers(signal: Signal, t: Array) -> Array:
+    """The signal at the samples, right limits; it must hold numbers."""
+    if any(hasattr(x, "free_symbols") for _, term in signal.primitives for x in term.values):
+        raise InputError(f"response: {shown(signal)} holds symbols; give it numbers.")
+    return np.asarray(signal(t), float)

@@ -1,0 +1,1 @@
+"""Test signals: what a channel responds to."""

@@ -1,0 +1,214 @@
+"""The signals that a channel answers exactly: powers of time, sines, exponentials, pulses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.diagram.quantities import check_number, positive, rational
+from vsctrl.diagram.signals.signal import Part, Primitive, Signal
+from vsctrl.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+class Power(Primitive):
+    """size · t^order/order!, the size being its only field."""
+
+    order: ClassVar[int]
+
+    def onset(self, orders: int) -> Array:
+        """The jumps of its derivatives at its start."""
+        out = np.zeros(orders)
+        out[self.order] = self.values[0]
+        return out
+
+    def laplace(self, s: Any, exp: Callable[[Any], Any] = np.exp) -> Any:
+        """Its Laplace transform at s, a number or a symbol."""
+        return self.values[0] / s ** (self.order + 1)
+
+
+@dataclass(frozen=True)
+class Step(Power):
+    """u(t) = amplitude."""
+
+    amplitude: float = 1.0
+    size = "amplitude"
+    order = 0
+
+    @staticmethod
+    def formula(t: Array, *values: Any) -> Array:
+        """The value at t ≥ 0."""
+        return np.asarray(values[0] + 0.0 * t)
+
+    def derivative(self) -> Signal | None:
+        """None: it would be an impulse."""
+        return None
+
+
+@dataclass(frozen=True)
+class Ramp(Power):
+    """u(t) = slope · t, slope in units per second."""
+
+    slope: float = 1.0
+    size = "slope"
+    order = 1
+
+    @staticmethod
+    def formula(t: Array, *values: Any) -> Array:
+        """The value at t ≥ 0."""
+        return np.asarray(values[0] * t)
+
+    def derivative(self) -> Signal | None:
+        """A step."""
+        return Step(self.slope)
+
+
+@dataclass(frozen=True)
+class Parabola(Power):
+    """u(t) = acceleration · t²/2, acceleration in units per second squared."""
+
+    acceleration: float = 1.0
+    size = "acceleration"
+    order = 2
+
+    @staticmethod
+    def formula(t: Array, *values: Any) -> Array:
+        """The value at t ≥ 0."""
+        return np.asarray(values[0] * t**2 / 2)
+
+    def derivative(self) -> Signal | None:
+        """A ramp."""
+        return Ramp(self.acceleration)
+
+
+@dataclass(frozen=True)
+class Sine(Primitive):
+    """u(t) = amplitude · sin(omega t), omega in rad/s."""
+
+    omega: float
+    amplitude: float = 1.0
+    size = "amplitude"
+
+    @staticmethod
+    def formula(t: Array, *values: Any) -> Array:
+        """The value at t ≥ 0."""
+        omega, amplitude = values
+        return np.asarray(amplitude * np.sin(omega * t))
+
+    def onset(self, orders: int) -> Array:
+        """The jumps of its derivatives at its start."""
+        k = np.arange(orders)
+        return np.asarray(self.amplitude * self.omega**k * np.array([0.0, 1.0, 0.0, -1.0])[k % 4])
+
+    def laplace(self, s: Any, exp: Callable[[Any], Any] = np.exp) -> Any:
+        """Its Laplace transform at s, a number or a symbol."""
+        return self.amplitude * self.omega / (s**2 + self.omega**2)
+
+    def derivative(self) -> Signal | None:
+        """A cosine."""
+        return Cosine(self.omega, self.amplitude * self.omega)
+
+
+@dataclass(frozen=True)
+class Cosine(Primitive):
+    """u(t) = amplitude · cos(omega t) from t = 0, omega in rad/s: what a sine's derivative is."""
+
+    omega: float
+    amplitude: float = 1.0
+    size = "amplitude"
+
+    @staticmethod
+    def formula(t: Array, *values: Any) -> Array:
+        """The value at t ≥ 0."""
+        omega, amplitude = values
+        return np.asarray(amplitude * np.cos(omega * t))
+
+    def onset(self, orders: int) -> Array:
+        """The jumps of its derivatives at its start."""
+        k = np.arange(orders)
+        return np.asarray(self.amplitude * self.omega**k * np.array([1.0, 0.0, -1.0, 0.0])[k % 4])
+
+    def laplace(self, s: Any, exp: Callable[[Any], Any] = np.exp) -> Any:
+        """Its Laplace transform at s, a number or a symbol."""
+        return self.amplitude * s / (s**2 + self.omega**2)
+
+    def derivative(self) -> Signal | None:
+        """None: it would start with an impulse."""
+        return None
+
+
+@dataclass(frozen=True)
+class Pulse(Signal):
+    """u(t) = amplitude for t < width (s), then zero.
+
+    Errors: `InputError` where the width is not a positive number or the amplitude not finite.
+    """
+
+    width: float
+    amplitude: float = 1.0
+
+    def __post_init__(self) -> None:
+        positive("Pulse", "width", self.width)
+        check_number("Pulse", "amplitude", self.amplitude)
+
+    @property
+    def terms(self) -> tuple[tuple[Fraction, Part], ...]:
+        """A step up and a step down."""
+        end = rational(self.width)
+        return ((Fraction(0), Step(self.amplitude)), (end, Step(-self.amplitude)))
+
+    def scaled(self, factor: Any) -> Pulse:
+        """The signal times a number."""
+        return replace(self, amplitude=factor * self.amplitude)
+
+
+LARGEST_POWER = 700.0  #: e to this power is still a float, with room for an amplitude
+
+
+@dataclass(frozen=True)
+class Exponential(Primitive):
+    """u(t) = amplitude · exp(rate t), rate in 1/s: a decay below 0, growth without end above.
+
+    Errors: `InputError` for times at which it is too large for a float.
+    """
+
+    rate: float
+    amplitude: float = 1.0
+    size = "amplitude"
+
+    @staticmethod
+    def formula(t: Array, *values: Any) -> Array:
+        """The value at t ≥ 0."""
+        rate, amplitude = values
+        power = rate * np.asarray(t)
+        if power.max(initial=0.0) > LARGEST_POWER:
+            raise InputError(
+                f"Exponential: rate = {rate:g} 1/s grows beyond all floats by "
+                f"{LARGEST_POWER / rate:.4g} s; ask for a shorter time."
+            )
+        return np.asarray(amplitude * np.exp(power))
+
+    def smooth(self, t: Array, seen: Array) -> Array:
+        """The value at t after the start; before it, where a decay may be huge, that at the start.
+
+        No more than rounding is asked for there.
+        """
+        return self.formula(np.maximum(t, 0.0), *self.values)
+
+    def onset(self, orders: int) -> Array:
+        """The jumps of its derivatives at its start."""
+        return np.asarray(self.amplitude * float(self.rate) ** np.arange(orders))
+
+    def laplace(self, s: Any, exp: Callable[[Any], Any] = np.exp) -> Any:
+        """Its Laplace transform at s, a number or a symbol."""
+        return self.amplitude / (s - self.rate)
+
+    def derivative(self) -> Signal | None:
+        """None: it would start with an impulse."""
+        return None

@@ -1,0 +1,243 @@
+"""Test signals: what a channel can be asked to respond to, and how they are put together.
+
+A signal is a sum of terms, each a primitive that starts at its own time and is smooth from there
+on, so that the response engine can ask for the smooth sum of what has begun on a piece and for the
+jumps of its derivatives at each start, and closed forms for its Laplace transform, for which sizes
+may be symbols. Starts are rationals, as the delays are: a shifted signal and the echo of an earlier
+one meet at exactly the same time or do not meet at all.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, fields, replace
+from fractions import Fraction
+from numbers import Real
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vsctrl.diagram.quantities import check_number, instants, late_by, multiple
+from vsctrl.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+def beside(t: Array, side: str, span: float) -> Array:
+    """Times moved off a jump to the side that is asked for, by far more than they are rounded."""
+    return t + 1e-12 * span if side == "right" else t - 1e-12 * span
+
+
+class Signal(ABC):
+    """Zero before t = 0, and from there on a sum of terms; ``a + b``, ``-a``, ``2 * a``."""
+
+    __array_ufunc__ = None  # so that a NumPy number times a signal is left to the signal
+
+    @property
+    @abstractmethod
+    def terms(self) -> tuple[tuple[Fraction, Part], ...]:
+        """(start in seconds, what starts there), each a term of the sum."""
+
+    def scaled(self, factor: Any) -> Signal:
+        """The signal times a number."""
+        return _total((start, part.scaled(factor)) for start, part in self.terms)
+
+    def delayed(self, seconds: float | Fraction) -> Signal:
+        """The same signal, starting later by some seconds ≥ 0, kept as the decimal they print as.
+
+        Errors: `InputError` where the delay is no such number.
+        """
+        late = late_by("delayed", "seconds", seconds)
+        return _total((start + late, part) for start, part in self.terms)
+
+    def derivative(self) -> Signal | None:
+        """Its derivative, None where that would hold an impulse."""
+        slopes = [(start, part.derivative()) for start, part in self.terms]
+        found = [(start, slope) for start, slope in slopes if slope is not None]
+        if len(found) < len(slopes):
+            return None
+        return _total((start + at, part) for start, slope in found for at, part in slope.terms)
+
+    @property
+    def primitives(self) -> list[tuple[Fraction, Primitive]]:
+        """The terms with samples taken apart, in the order of their starts."""
+        flat: list[tuple[Fraction, Primitive]] = []
+        for start, part in self.terms:
+            flat += [(start + at, primitive) for at, primitive in part.changes]
+        return sorted(flat, key=lambda term: term[0])
+
+    def jumps(self, orders: int, start: Fraction | int = 0) -> Array:
+        """The jumps of the derivatives of order 0 … orders − 1 at a start (s)."""
+        return self.onsets(orders).get(Fraction(start), np.zeros(orders))
+
+    def onsets(self, orders: int) -> dict[Fraction, Array]:
+        """The jumps of the derivatives of order 0 … orders − 1 at each start (s)."""
+        found: dict[Fraction, Array] = {}
+        for start, primitive in self.primitives:
+            found[start] = found.get(start, np.zeros(orders)) + primitive.onset(orders)
+        return found
+
+    def __call__(self, t: ArrayLike, side: str = "right") -> Array:
+        """The value at times t (s): zero before it starts, at a jump the limit from that side.
+
+        Errors: `InputError` for times that are not finite and for a side that is none.
+        """
+        times = instants(t, side)
+        seen = beside(times, side, float(np.abs(times).max(initial=0.0)))
+        total = np.zeros(times.shape)
+        for start, part in self.terms:
+            late = float(start)
+            total = total + np.where(seen >= late, part.smooth(times - late, seen - late), 0.0)
+        return np.asarray(total)
+
+    def laplace(self, s: Any, exp: Callable[[Any], Any] = np.exp) -> Any:
+        """Its Laplace transform at s, a number or a symbol.
+
+        Where a term starts later than 0, a symbol also needs its own exponential, ``exp=sympy.exp``
+        (and mpmath numbers ``exp=mpmath.exp``).
+        """
+        return sum(lag(start, s, exp) * part.laplace(s, exp) for start, part in self.terms)
+
+    def __add__(self, other: object) -> Signal:
+        """The sum of two signals; 0 may be one of them, as in Python's ``sum``."""
+        if isinstance(other, Signal):
+            return _total((*self.terms, *other.terms))
+        return self if isinstance(other, int) and other == 0 else NotImplemented
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Signal:
+        """The signal times −1."""
+        return self.scaled(-1)
+
+    def __sub__(self, other: object) -> Signal:
+        """The difference of two signals."""
+        return self + -other if isinstance(other, Signal) else NotImplemented
+
+    def __mul__(self, factor: object) -> Signal:
+        """The signal times a number or a symbol."""
+        number = multiple("factor", factor)
+        return NotImplemented if number is None else self.scaled(number)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: object) -> Signal:
+        """The signal divided by a number or a symbol; 0 is refused."""
+        number = multiple("divisor", divisor)
+        return NotImplemented if number is None else self.scaled(1 / number)
+
+
+class Part(Signal):
+    """What a term can be: a signal that is not a sum of others to those who add up terms."""
+
+    @property
+    def terms(self) -> tuple[tuple[Fraction, Part], ...]:
+        """Itself, from t = 0."""
+        return ((Fraction(0), self),)
+
+    @property
+    @abstractmethod
+    def changes(self) -> list[tuple[Fraction, Primitive]]:
+        """(start in seconds, primitive) of all that it is made of."""
+
+    @abstractmethod
+    def smooth(self, t: Array, seen: Array) -> Array:
+        """The value at t after the start; at a jump within, on the side that `seen` is on."""
+
+    @abstractmethod
+    def scaled(self, factor: Any) -> Self:
+        """The signal times a number."""
+
+
+class Primitive(Part):
+    """A term that starts at t = 0 and is smooth from there on; all are frozen dataclasses.
+
+    `size` names the field it is proportional to.
+    """
+
+    size: ClassVar[str]
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            check_number(type(self).__name__, field.name, getattr(self, field.name))
+
+    @property
+    def changes(self) -> list[tuple[Fraction, Primitive]]:
+        """Itself, from t = 0."""
+        return [(Fraction(0), self)]
+
+    @property
+    def values(self) -> tuple[Any, ...]:
+        """The values of its fields, in their order."""
+        return tuple(getattr(self, field.name) for field in fields(self))
+
+    @property
+    def kind(self) -> tuple[Any, ...]:
+        """What two primitives must share for their sizes to add up."""
+        others = (f.name for f in fields(self) if f.name != self.size)
+        return (type(self), *(getattr(self, name) for name in others))
+
+    def scaled(self, factor: Any) -> Self:
+        """The signal times a number."""
+        return replace(self, **{self.size: factor * getattr(self, self.size)})
+
+    @staticmethod
+    @abstractmethod
+    def formula(t: Array, *values: Any) -> Array:
+        """The value t ≥ 0 after the start, as a function of t and of the fields in their order."""
+
+    def smooth(self, t: Array, seen: Array) -> Array:
+        """The value at t after the start, continued smoothly before it."""
+        # A fraction times an array would be an array of objects.
+        numbers = (float(v) if isinstance(v, Real) else v for v in self.values)
+        return self.formula(t, *numbers)
+
+    @abstractmethod
+    def onset(self, orders: int) -> Array:
+        """The jumps of its derivatives at its start."""
+
+
+@dataclass(frozen=True)
+class Combination(Signal):
+    """A sum of terms; made by ``+``, ``-``, ``*`` and `delayed`."""
+
+    parts: tuple[tuple[Fraction, Part], ...]
+
+    @property
+    def terms(self) -> tuple[tuple[Fraction, Part], ...]:
+        """(start in seconds, what starts there)."""
+        return self.parts
+
+
+def _total(terms: Iterable[tuple[Fraction, Part]]) -> Signal:
+    """The sum of terms, those of one kind and start added up."""
+    sums: dict[Any, tuple[Fraction, Part]] = {}
+    for start, part in terms:
+        key = (start, *part.kind) if isinstance(part, Primitive) else (start, id(part), len(sums))
+        if isinstance(part, Primitive) and key in sums:
+            before = getattr(sums[key][1], part.size)
+            part = replace(part, **{part.size: before + getattr(part, part.size)})
+        sums[key] = (start, part)
+    kept = tuple(term for term in sums.values() if _matters(term[1]))
+    if len(kept) == 1 and kept[0][0] == 0:
+        return kept[0][1]
+    return Combination(kept)
+
+
+def _matters(part: Part) -> bool:
+    return not isinstance(part, Primitive) or bool(getattr(part, part.size) != 0)
+
+
+def lag(start: Fraction, s: Any, exp: Callable[[Any], Any]) -> Any:
+    """e^{−start·s}; 1 without an exponential for what starts at 0."""
+    if start == 0:
+        return 1
+    try:
+        return exp(-(start if hasattr(s, "free_symbols") else float(start)) * s)
+    except TypeError as error:
+        raise InputError(
+            f"laplace: s = {s} is a symbol and the signal starts late; give exp=sympy.exp."
+        ) from error

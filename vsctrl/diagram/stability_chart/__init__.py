@@ -1,0 +1,1 @@
+"""Unstable roots over two parameters, with the exact boundaries (D-partition)."""

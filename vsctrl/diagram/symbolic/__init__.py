@@ -1,0 +1,1 @@
+"""The loop equations solved in symbols: transfer functions, coefficients, compiled values."""

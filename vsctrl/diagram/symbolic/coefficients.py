@@ -1,0 +1,130 @@
+"""The blocks in numbers: every coefficient and every delay, compiled once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from vsctrl.diagram.description.blocks import delay_symbol
+from vsctrl.diagram.description.control_systems import exact_number
+from vsctrl.diagram.description.wiring import Wiring
+from vsctrl.errors import InputError
+
+
+@dataclass(frozen=True)
+class BlockCoefficients:
+    """One block in numbers: (power of s, delay in seconds) → coefficient, for num and den."""
+
+    name: str
+    num: dict[tuple[int, Fraction], float]
+    den: dict[tuple[int, Fraction], float]
+
+
+class Coefficients:
+    """Every coefficient and delay of a diagram as one compiled function of its parameters."""
+
+    def __init__(self, diagram: Wiring, flat: Callable[..., Any], delays: list[sp.Expr]) -> None:
+        self._diagram = diagram
+        self._flat = flat
+        self._delays = delays
+
+    @classmethod
+    def compile(cls, diagram: Wiring) -> Coefficients:
+        """Compile the flat list of all coefficients and all delays of a diagram."""
+        delays = list(
+            {q: tau for b in diagram.blocks for q, tau in b.rational.delays.items()}.values()
+        )
+        flat = [
+            c
+            for b in diagram.blocks
+            for side in (b.rational.num, b.rational.den)
+            for c in side.values()
+        ]
+        function = sp.lambdify(
+            list(diagram.parameters.values()), [*delays, *flat], modules="math", cse=True
+        )
+        return cls(diagram, function, delays)
+
+    @cached_property
+    def delay_names(self) -> list[str]:
+        """How each delay reads in the diagram, for messages."""
+        return [str(delay) for delay in self._delays]
+
+    def __call__(self, values: dict[str, float]) -> list[BlockCoefficients]:
+        """The blocks in numbers; errors name the delay or block that has no finite value."""
+        try:
+            numbers = [float(x) for x in self._flat(*values.values())]
+        except (ZeroDivisionError, OverflowError, ValueError, TypeError):
+            raise InputError(
+                f"at: a block has no finite real value{_shown(values)}; "
+                "look for a division by zero or the root or logarithm of a negative number."
+            ) from None
+        delays = {}
+        for expr, name, number in zip(self._delays, self.delay_names, numbers, strict=False):
+            if number < 0:
+                raise InputError(
+                    f"at: the delay {name} = {number:g} s is negative, which would predict the "
+                    "future; give a delay of 0 or more."
+                )
+            delays[delay_symbol(expr)] = exact_number(number, f"at: delay {name}")
+        rest = iter(numbers[len(self._delays) :])
+        blocks = []
+        for block in self._diagram.blocks:
+            num = self._side(block.rational.num, rest, delays, block.name)
+            den = self._side(block.rational.den, rest, delays, block.name)
+            _check_causal(block.name, den)
+            blocks.append(_levelled(BlockCoefficients(block.name, num, den)))
+        return blocks
+
+    def _side(
+        self, side: dict[Any, sp.Expr], rest: Any, delays: dict[sp.Symbol, Fraction], name: str
+    ) -> dict[tuple[int, Fraction], float]:
+        out: dict[tuple[int, Fraction], float] = {}
+        for power, monomial in side:
+            key = power, sum((n * delays[q] for q, n in monomial), Fraction(0))
+            out[key] = out.get(key, 0.0) + next(rest)
+        if not np.isfinite(list(out.values())).all():
+            raise InputError(f"at: block {name!r} is not finite; check the values given.")
+        return {key: value for key, value in out.items() if value}
+
+
+def _levelled(block: BlockCoefficients) -> BlockCoefficients:
+    """The block with numerator and denominator divided by the power of 2 that leaves den near 1.
+
+    Cancelling decimals leaves numbers like 10¹⁷ on both sides, which the states would inherit.
+    """
+    shift = -math.frexp(max(abs(c) for c in block.den.values()))[1]
+    try:
+        num, den = (
+            {key: math.ldexp(c, shift) for key, c in side.items()}
+            for side in (block.num, block.den)
+        )
+    except OverflowError:  # a gain beyond 1e308 is left for those who use it to refuse
+        return block
+    return BlockCoefficients(block.name, num, den)
+
+
+def _shown(values: dict[str, float]) -> str:
+    pairs = ", ".join(f"{name} = {value:g}" for name, value in values.items())
+    return f" at {pairs}" if pairs else ""
+
+
+def _check_causal(name: str, den: dict[tuple[int, Fraction], float]) -> None:
+    if not den:
+        raise InputError(
+            f"at: block {name!r} divides by zero at these values; "
+            "give its denominator a value other than 0."
+        )
+    top = max(k for k, _ in den)
+    if (top, Fraction(0)) not in den:
+        raise InputError(
+            f"at: block {name!r} predicts the future: the highest power of s in its "
+            "denominator is delayed; multiply numerator and denominator so that it is not."
+        )

@@ -1,0 +1,46 @@
+"""What is solved and compiled once for a wiring: gains in symbols, coefficients, channels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache, cached_property, partial
+from typing import Any
+
+import sympy as sp
+
+from vsctrl.diagram.description.wiring import Wiring
+from vsctrl.diagram.symbolic import evaluation, transfer_function
+from vsctrl.diagram.symbolic.coefficients import Coefficients
+from vsctrl.diagram.symbolic.transfer_function import GainForm
+
+
+class Model(Wiring):
+    """A wiring with its loop equations."""
+
+    def transfer(self, source: str, target: str) -> sp.Expr:
+        """The exact transfer function from one signal to another, delays kept as exp(−τ s).
+
+        `source` is an input of the diagram; `target` any signal.
+        """
+        self._check_channel(source, target)
+        return transfer_function.expression(self, source, target)
+
+    @cached_property
+    def coefficients(self) -> Coefficients:
+        """The compiled list of every block's coefficients and every delay."""
+        return Coefficients.compile(self)
+
+    @cached_property
+    def gains(self) -> GainForm:
+        """Every channel in the symbols of the block gains (solved once, on first use)."""
+        return GainForm(self)
+
+    @cached_property
+    def evaluator(self) -> Callable[[str, str], Callable[..., Any]]:
+        """(source, target) → the compiled channel f(s, *parameters), kept once made."""
+        return cache(partial(evaluation.evaluator, self))
+
+    @cached_property
+    def pole_free_evaluator(self) -> Callable[[str, str], Callable[..., Any]]:
+        """(source, target) → the channel as numerator and denominator, kept once made."""
+        return cache(partial(evaluation.pole_free_evaluator, self))

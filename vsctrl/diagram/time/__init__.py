@@ -1,0 +1,1 @@
+"""Time responses by the method of steps, from rest or from an initial function."""

@@ -1,0 +1,350 @@
+"""What every signal of a diagram was at t ≤ 0, from the pasts of some, and how it is carried on.
+
+Inputs and blocks with dynamics have pasts of their own, zero where none is given. All other signals
+follow: from constants by the gains at s = 0, from functions of time as sums of these and of their
+derivatives, each some delay ago.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsctrl.diagram.description.blocks import Block
+from vsctrl.diagram.description.wiring import resolve as expand
+from vsctrl.diagram.quantities import is_finite
+from vsctrl.diagram.signals.elementary import Step
+from vsctrl.diagram.signals.signal import Signal, beside
+from vsctrl.diagram.symbolic.coefficients import BlockCoefficients
+from vsctrl.diagram.time.initial_function import Curve, Recall, resolve
+from vsctrl.errors import InputError, nearest
+
+if TYPE_CHECKING:
+    from vsctrl.diagram.description.wiring import Wiring
+
+Array = NDArray[np.float64]
+Past = float | Callable[[Array], Any]
+Echo = dict[tuple[str, int, Fraction], float]  #: (leaf, derivative, delay) → factor
+
+HERE = (0, Fraction(0))  #: the key of a plain number among the coefficients of a block
+GLIMPSE = Fraction(1, 1000)  #: seconds that tell a slope where nothing else says how far to look
+
+
+@dataclass(frozen=True)
+class Keeper:
+    """A block that has a past of its own, in numbers."""
+
+    block: Block
+    numbers: BlockCoefficients
+    past: Past
+
+    @property
+    def name(self) -> str:
+        """The block's name."""
+        return self.block.name
+
+    @property
+    def input(self) -> str:
+        """The signal it is fed."""
+        return self.block.input
+
+    @property
+    def passes_no_constant(self) -> bool:
+        """Whether its numerator is zero at s = 0."""
+        return not at_zero(self.numbers.num)
+
+    @property
+    def order(self) -> int:
+        """The highest power of s in its denominator."""
+        return max(k for k, _ in self.numbers.den)
+
+    @cached_property
+    def improper(self) -> bool:
+        """Whether its numerator has a higher one."""
+        return max((k for k, _ in self.numbers.num), default=0) > self.order
+
+    @property
+    def own_den(self) -> Array:
+        """d₀ … d_n of a denominator without delays."""
+        return np.array(
+            [self.numbers.den.get((k, Fraction(0)), 0.0) for k in range(self.order + 1)]
+        )
+
+    @property
+    def time_constant(self) -> Fraction:
+        """Its fastest (s); 1 s for integrators, which have none."""
+        fastest = float(np.abs(np.polynomial.polynomial.polyroots(self.own_den)).max(initial=0.0))
+        return Fraction(1 / fastest) if fastest else Fraction(1)
+
+    def check(self) -> None:
+        """Refuse a past that the block cannot have had, or that does not tell its state."""
+        num, den, output = self.numbers.num, self.numbers.den, self.block.output
+        if not callable(self.past):
+            if self.past and self.passes_no_constant:
+                raise InputError(
+                    f"response: history of {output!r} = {self.past:g}, but block {self.name!r} is "
+                    "zero at s = 0, so that it never rests at anything but 0; leave it out."
+                )
+        elif set(num) != {HERE} or any(tau for _, tau in den):
+            raise InputError(
+                f"response: history of {output!r} is a function, which does not tell the state of "
+                f"block {self.name!r}, as it has a zero or a delay of its own; give a number, or "
+                "split it into a block b/den(s), whose output you name, and one with the rest."
+            )
+
+
+class Pasts:
+    """The past of every signal, and how it is carried on."""
+
+    def __init__(
+        self,
+        diagram: Wiring,
+        blocks: list[BlockCoefficients],
+        given: dict[str, Past],
+        target: str,
+    ) -> None:
+        self.diagram, self.given, self.target = diagram, given, target
+        self.keepers: dict[str, Keeper] = {}
+        self.followers: dict[str, tuple[Block, Echo]] = {}
+        for block, numbers in zip(diagram.blocks, blocks, strict=True):
+            if set(numbers.den) == {HERE}:
+                b = numbers.den[HERE]
+                factors = {(block.input, *key): c / b for key, c in numbers.num.items()}
+                self.followers[block.output] = (block, factors)
+            else:
+                past = given.get(block.output, 0.0)
+                self.keepers[block.output] = Keeper(block, numbers, past)
+        for name in given:
+            self._check_name(name)
+        for keeper in self.keepers.values():
+            keeper.check()
+        self._echoes: dict[str, Echo] = {}
+
+    def _check_name(self, name: str) -> None:
+        if name in self.diagram.inputs or name in self.keepers:
+            return
+        part = self.diagram.drivers[name]
+        what = f"block {part.name!r}" if isinstance(part, Block) else f"the sum {part}"
+        leaves = [leaf for leaf in (*self.diagram.inputs, *self.keepers) if self._feeds(leaf, name)]
+        raise InputError(
+            f"response: history of {name!r} is not yours to give: {what} has no dynamics and "
+            f"follows from what it is fed; name {' or '.join(map(repr, leaves)) or 'none'} instead."
+        )
+
+    def _feeds(self, leaf: str, name: str) -> bool:
+        seen: set[str] = set()
+        todo = [name]
+        while todo:
+            at = todo.pop()
+            if at == leaf:
+                return True
+            if at not in seen and at not in self.keepers and at not in self.diagram.inputs:
+                todo += self.diagram.drivers[at].inputs
+            seen.add(at)
+        return False
+
+    # Constants -----------------------------------------------------------------------------
+    @cached_property
+    def constants(self) -> dict[str, float]:
+        """What every input and block's output was that has a constant past, or follows from one."""
+        out = dict.fromkeys((*self.diagram.inputs, *self.keepers), 0.0)
+        out |= {name: value for name, value in self.given.items() if not callable(value)}
+        names = list(self.followers)
+        gains, fed = np.zeros((len(names), len(names))), np.zeros(len(names))
+        for i, (block, factors) in enumerate(self.followers.values()):
+            gain = at_zero({key[1:]: c for key, c in factors.items()})
+            for leaf, sign in expand(self.diagram, block.input).items():
+                if leaf in self.followers:
+                    gains[i, names.index(leaf)] += sign * gain
+                else:
+                    fed[i] += sign * gain * out[leaf]
+        return out | dict(zip(names, _fixed_point(gains, fed, names), strict=True))
+
+    def constant(self, name: str) -> float:
+        """The part of a signal's past that is constant."""
+        return sum(k * self.constants[x] for x, k in expand(self.diagram, name).items())
+
+    # Functions -----------------------------------------------------------------------------
+    def echo(self, name: str, above: tuple[str, ...] = ()) -> Echo:
+        """A signal's past as Σ c φ⁽ᵏ⁾(t − σ) over the pasts φ that are functions."""
+        total: Echo = {}
+        for leaf, sign in expand(self.diagram, name).items():
+            for key, c in self._echo_of(leaf, above).items():
+                total[key] = total.get(key, 0.0) + sign * c
+        return {key: c for key, c in total.items() if c}
+
+    def _echo_of(self, leaf: str, above: tuple[str, ...]) -> Echo:
+        if leaf not in self.followers:
+            return {(leaf, *HERE): 1.0} if callable(self.given.get(leaf)) else {}
+        if leaf in self._echoes:
+            return self._echoes[leaf]
+        if leaf in above:
+            if not any(self._feeds(x, leaf) for x, past in self.given.items() if callable(past)):
+                return {}
+            loop = " → ".join((*above[above.index(leaf) :], leaf))
+            raise InputError(
+                f"response: the loop {loop} has no dynamics, so that its past does not follow from "
+                "functions of time that are fed to it; give numbers in history."
+            )
+        block, factors = self.followers[leaf]
+        total: Echo = {}
+        for (source, k, sigma), c in self.echo(block.input, (*above, leaf)).items():
+            for (_, j, tau), factor in factors.items():
+                key = (source, k + j, sigma + tau)
+                total[key] = total.get(key, 0.0) + c * factor
+        if not above:
+            self._echoes[leaf] = total
+        return total
+
+    @cached_property
+    def curves(self) -> dict[str, Curve]:
+        """The functions of time, as far back as they are asked for."""
+        asked = [key for name in self._wanted() for key in self.echo(name)]
+        out = {}
+        for name, past in self.given.items():
+            if not callable(past):
+                continue
+            back = max([sigma for leaf, _, sigma in asked if leaf == name], default=Fraction(0))
+            slope = max([k for leaf, k, _ in asked if leaf == name], default=0)
+            if slope and not back:
+                back = GLIMPSE
+            if name in self.keepers and self.keepers[name].order > 1:
+                back = max(back, self.keepers[name].time_constant)
+
+            def sample(t: Array, name: str = name, past: Callable[[Array], Any] = past) -> Array:
+                return _sampled(name, past, t)
+
+            now = float(sample(np.zeros(1))[0])
+            out[name] = resolve(sample, now, back, f"the history of {name!r}")
+            _check_slope(name, slope, out[name])
+        return out
+
+    def _wanted(self) -> list[str]:
+        return [self.target, *(keeper.input for keeper in self.keepers.values())]
+
+    def now(self, leaf: str) -> float:
+        """The value at 0 of what has a past of its own."""
+        return self.curves[leaf].now if leaf in self.curves else self.constants[leaf]
+
+    # From 0 on -----------------------------------------------------------------------------
+    def kept(self, leaf: str) -> Signal:
+        """The value at 0 of what has a past of its own, for ever."""
+        return Step(self.now(leaf))
+
+    def continuation(self, name: str) -> Signal:
+        """A signal as its past alone carries it on."""
+        total: Signal = Step(self.constant(name))
+        for (leaf, k, sigma), c in self.echo(name).items():
+            if sigma:
+                total = total + Recall(self._slope(leaf, k), sigma, c)
+            elif not k:
+                total = total + c * self.kept(leaf)
+        return total
+
+    def carried_on(self, name: str, t: Array, side: str) -> Array:
+        """The same at times t ≥ 0 (s), (len(t), 1); the left limit at 0 is the past itself."""
+        seen = beside(t, side, max(float(t.max()), 1e-12))
+        total = np.full(t.shape, self.constant(name))
+        for (leaf, k, sigma), c in self.echo(name).items():
+            late = float(sigma)
+            total = total + c * self._slope(leaf, k)(t - late, seen - late)
+        return total[:, None]
+
+    def _slope(self, leaf: str, order: int) -> Curve:
+        curve = self.curves[leaf]
+        for _ in range(order):
+            curve = curve.slope()
+        return curve
+
+
+def at_zero(side: Mapping[tuple[int, Fraction], float]) -> float:
+    """A polynomial's value at s = 0, where all delays are 1; rounding is taken as 0."""
+    terms = [c for (k, _), c in side.items() if not k]
+    total = sum(terms)
+    return total if abs(total) > 1e-14 * sum(map(abs, terms)) else 0.0
+
+
+def _fixed_point(gains: Array, fed: Array, names: list[str]) -> Array:
+    """v = gains · v + fed; without loops by putting in, which rounds least."""
+    reach = gains != 0
+    for _ in names:
+        reach = (reach.astype(int) @ (gains != 0).astype(int)) > 0
+    if not reach.any():
+        value = fed
+        for _ in names:
+            value = gains @ value + fed
+        return value
+    if not fed.any():
+        return fed
+    loop = np.eye(len(names)) - gains
+    if np.linalg.cond(loop) > 1e12:
+        raise InputError(
+            f"response: with this history the loop without dynamics through {', '.join(names)} "
+            "has no steady state; give its inputs no past."
+        )
+    return np.asarray(np.linalg.solve(loop, fed))
+
+
+def checked(given: object, diagram: Wiring) -> dict[str, Past]:
+    """The history by names that exist, with numbers as floats."""
+    if not isinstance(given, Mapping):
+        raise InputError(
+            f"response: history = {given!r} names no signals; give a mapping like "
+            "{'y': 1.0} of names to numbers or functions of t ≤ 0."
+        )
+    out: dict[str, Past] = {}
+    for name, value in given.items():
+        if name not in diagram.signals:
+            raise InputError(
+                f"response: history names {name!r}, but there is no such signal"
+                f"{nearest(name, diagram.signals)}; the diagram has {', '.join(diagram.signals)}."
+            )
+        if isinstance(value, Signal) or not (callable(value) or is_finite(value)):
+            kind = "a signal, which is zero before 0" if isinstance(value, Signal) else "unusable"
+            raise InputError(
+                f"response: history of {name!r} = {value!r} is {kind}; give a finite number or a "
+                "function of an array of times t ≤ 0."
+            )
+        out[name] = value if callable(value) else float(value)
+    return out
+
+
+def _sampled(name: str, past: Callable[[Array], Any], t: Array) -> Array:
+    """A function of time at times t, checked."""
+    try:
+        values = np.asarray(past(t.copy()))
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"response: history of {name!r} cannot be called with an array of times ({error}); "
+            "write it with NumPy's functions."
+        ) from error
+    if values.dtype.kind not in "iuf" or values.shape != t.shape:
+        raise InputError(
+            f"response: history of {name!r} returns {values.dtype} of shape {values.shape} for "
+            f"times of shape {t.shape}; return one real number a time."
+        )
+    lost = np.flatnonzero(~np.isfinite(values))
+    if len(lost):
+        raise InputError(
+            f"response: history of {name!r} is {values[lost[0]]} at t = {t[lost[0]]:.6g} s; give "
+            "a function that is finite as far back as the delays ask for."
+        )
+    return values.astype(float)
+
+
+def _check_slope(name: str, order: int, curve: Curve) -> None:
+    """Refuse a past that would have to be differentiated where it is not smooth."""
+    ends = [*curve.kinks, Fraction(0)]
+    jump = max((abs(curve.jumps(end, 1)[0]) for end in ends), default=0.0)
+    if order > 1 or (order and jump):
+        why = "is differentiated twice" if order > 1 else "jumps and is differentiated"
+        raise InputError(
+            f"response: history of {name!r} {why} on its way; give a number, or move the "
+            "differentiation into a block with dynamics."
+        )
