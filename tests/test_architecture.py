@@ -137,7 +137,7 @@ def test_every_module_and_every_public_name_is_documented():
 
 
 def test_no_module_that_people_write_is_longer_than_400_lines():
-    generated = ROOT / "vsctrl/servo/kernels.py"
+    generated = ROOT / "vsctrl/servo/generated/kernels.py"
     assert generated in MODULES
     lines = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in MODULES}
     assert not {path.name for path, n in lines.items() if n > 400 and path != generated}

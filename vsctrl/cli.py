@@ -130,7 +130,7 @@ def loop(
     lam: float, tau: float, period: float | None, kappa: float, feedforward: bool, as_json: bool
 ) -> None:
     """Margins, gain limits, roots and tracking errors of the loop of figure 1."""
-    from vsctrl.study.summary import summarise
+    from vsctrl.loop.summary import summarise
 
     found = summarise(lam, tau, period=period, kappa=kappa, k_ff=float(feedforward))
     click.echo(found.json() if as_json else str(found))

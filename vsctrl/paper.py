@@ -9,8 +9,8 @@ from collections.abc import Callable
 from typing import Any
 
 from vsctrl.errors import InputError
+from vsctrl.servo.camera.target import CUBE_LEDS
 from vsctrl.servo.motion.trajectory import Waveform
-from vsctrl.servo.plant.target import CUBE_LEDS
 from vsctrl.servo.scenario import Scenario
 from vsctrl.servo.scenario.experiment import Placement
 

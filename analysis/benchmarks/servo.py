@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 import vsctrl as vs
-from vsctrl.servo.control.measures import MEASURES
+from vsctrl.servo.features.feature_sets import MEASURES
 from vsctrl.servo.scenario.motions import ScrewMotion
 
 FRAMES = 500

@@ -13,7 +13,7 @@ from moving import COLUMNS, finite_difference, moved, turned
 from sympy import Matrix, Symbol, cos, exp, lambdify, sin, symbols, tan, zeros
 
 from vsctrl.derive import NORMALISED, PIXELS, Camera, interaction_matrix
-from vsctrl.derive.contours import (
+from vsctrl.derive.features.curves import (
     Ellipse,
     Line,
     Primitive,
@@ -25,8 +25,14 @@ from vsctrl.derive.contours import (
     x_g,
     y_g,
 )
-from vsctrl.derive.outlines import SeenCircle, SeenEllipse, SeenLine, SeenSphere, sphere_plane
-from vsctrl.derive.planes import A, B, C, plane_of
+from vsctrl.derive.features.outlines import (
+    SeenCircle,
+    SeenEllipse,
+    SeenLine,
+    SeenSphere,
+    sphere_plane,
+)
+from vsctrl.derive.features.planes import A, B, C, plane_of
 from vsctrl.errors import InputError
 from vsctrl.symbols import F_x, F_y, X, Y, x, y, z
 

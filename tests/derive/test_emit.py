@@ -25,7 +25,7 @@ from vsctrl.derive import (
 from vsctrl.derive.catalogue import FEATURES as CATALOGUE
 from vsctrl.derive.emit.mathematics import as_text, latex_names
 from vsctrl.errors import InputError
-from vsctrl.servo import kernels
+from vsctrl.servo.generated import kernels
 from vsctrl.symbols import F_x, F_y, lam, x, y, z
 
 named = cache(catalogue.named)  # derived once for all tests

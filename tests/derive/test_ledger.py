@@ -11,11 +11,19 @@ from sympy import Function, Gt, Matrix, Symbol, cos, lambdify, sin, symbols
 
 import vsctrl as vs
 from vsctrl import derive
-from vsctrl.derive import claims, interaction, motion
-from vsctrl.derive.claims import as_text, figure1, kinematics, slide, task_function, trajectories
-from vsctrl.derive.claims import turn as turning
+from vsctrl.derive import claims
+from vsctrl.derive.claims import (
+    as_text,
+    equations_1_to_5,
+    equations_11_to_14,
+    equations_15_to_17,
+    figure_1,
+    section_4_1_slide,
+)
+from vsctrl.derive.claims import section_4_2_rotation as turning
 from vsctrl.derive.claims.claim import Evidence
-from vsctrl.derive.claims.zero import decide
+from vsctrl.derive.claims.decision import decide
+from vsctrl.derive.kinematics import interaction, motion
 from vsctrl.symbols import lam, omega, r_x, r_y, r_z, t, tau, v, x, y, z
 
 LEDGER = derive.ledger()
@@ -61,7 +69,14 @@ def rederived():
     """Shared derivations are forgotten before and after a test that breaks something."""
 
     def forget():
-        for module in (figure1, kinematics, slide, task_function, trajectories, turning):
+        for module in (
+            figure_1,
+            equations_11_to_14,
+            section_4_1_slide,
+            equations_1_to_5,
+            equations_15_to_17,
+            turning,
+        ):
             for value in vars(module).values():
                 if hasattr(value, "cache_clear"):
                     value.cache_clear()
@@ -154,7 +169,7 @@ def test_an_interaction_matrix_of_the_wrong_sign_is_found_out(monkeypatch):
 
 
 def test_a_loop_without_its_latency_is_found_out(rederived, monkeypatch):
-    monkeypatch.setattr(figure1, "_LATE", Symbol("s") ** 0)
+    monkeypatch.setattr(figure_1, "_LATE", Symbol("s") ** 0)
     named = ("fig. 1 S = S*", "fig. 1 1/λ", "latency", "fig. 5 amplitude")
     assert broken(*named) == set(named)
 
@@ -212,7 +227,16 @@ def test_the_printed_14_and_17_are_exponentials_of_the_screw(seed):
     axis /= np.linalg.norm(axis)
     p, V, d = rng.normal(size=(3, 3))
     speed, elapsed = rng.uniform(0.1, 2), rng.uniform(0.1, 3)
-    names = [*kinematics.p, *kinematics.V, *kinematics.d, r_x, r_y, r_z, omega, t]
+    names = [
+        *equations_11_to_14.p,
+        *equations_11_to_14.V,
+        *equations_11_to_14.d,
+        r_x,
+        r_y,
+        r_z,
+        omega,
+        t,
+    ]
 
     def printed(path):
         values = (*p, *V, *d, *axis, speed, elapsed)
@@ -223,9 +247,9 @@ def test_the_printed_14_and_17_are_exponentials_of_the_screw(seed):
         generator[:3, :3], generator[:3, 3] = -speed * cross_matrix(axis), -velocity
         return (expm(generator * elapsed) @ [*p, 1])[:3]
 
-    along = printed(kinematics.printed_motion(kinematics.V))
+    along = printed(equations_11_to_14.printed_motion(equations_11_to_14.V))
     np.testing.assert_allclose(along, moved(V), atol=1e-12)
-    about = printed(trajectories.printed_turn(kinematics.d))
+    about = printed(equations_15_to_17.printed_turn(equations_11_to_14.d))
     np.testing.assert_allclose(about, moved(-speed * np.cross(axis, d)), atol=1e-12)
     # The printed V = ω r̃ d is not the velocity of this motion, by far more than rounding.
     assert np.abs(about - moved(speed * np.cross(axis, d))).max() > 1e-3
@@ -249,7 +273,7 @@ def lag_by_steps(lam, tau, k, *, slope=0.04, end=8.0, n=200):
 
 @pytest.mark.parametrize(("k", "expected"), [(1, 0.0032), (0, -0.0128)])
 def test_the_lag_with_latency_is_what_steps_in_time_give(k, expected):
-    found = figure1.lag().subs({figure1.k_ff: k, lam: 2.5, tau: 0.08, figure1.kappa: 1, v: 0.04})
+    found = figure_1.lag().subs({figure_1.k_ff: k, lam: 2.5, tau: 0.08, figure_1.kappa: 1, v: 0.04})
     assert float(found) == pytest.approx(expected, abs=1e-15)
     # After 8 s the transient, e^{−3.3 t}, is 1e-12 of the lag.
     assert lag_by_steps(2.5, 0.08, k) == pytest.approx(expected, abs=1e-11)
@@ -306,7 +330,13 @@ def test_the_derivatives_of_section_4_are_those_of_a_camera_that_moves():
     ]
     np.testing.assert_allclose(slope, stated, atol=1e-7)
     by_claim = turning.turn().s_dot.subs(
-        dict(zip((*slide.p_0, turning.d_z, omega, t), (*start, arm, speed, now), strict=True))
+        dict(
+            zip(
+                (*section_4_1_slide.p_0, turning.d_z, omega, t),
+                (*start, arm, speed, now),
+                strict=True,
+            )
+        )
     )
     by_claim = by_claim.subs({turning.F_x: focal, turning.F_y: focal})
     np.testing.assert_allclose(np.array(by_claim, dtype=float).ravel(), stated, rtol=1e-12)

@@ -13,8 +13,8 @@ from moving import COLUMNS, finite_difference
 from sympy import Matrix, Symbol, expand, lambdify, symbols, zeros
 
 from vsctrl.derive import NORMALISED, Camera, interaction_matrix
-from vsctrl.derive.contours import Ellipse, n_02, n_11, n_20, x_g, y_g
-from vsctrl.derive.moments import (
+from vsctrl.derive.features.curves import Ellipse, n_02, n_11, n_20, x_g, y_g
+from vsctrl.derive.features.moments import (
     Area,
     CentredMoment,
     GravityCentre,
@@ -27,7 +27,7 @@ from vsctrl.derive.moments import (
     m,
     mu,
 )
-from vsctrl.derive.planes import A, B, C
+from vsctrl.derive.features.planes import A, B, C
 from vsctrl.errors import InputError
 
 N = 120

@@ -11,7 +11,7 @@ from sympy import I, ImmutableMatrix, Rational, S, Symbol, gamma, sqrt, symbols,
 
 from vsctrl.derive import Feature, Point, PolarPoint, catalogue, evaluate
 from vsctrl.derive.catalogue import FEATURES
-from vsctrl.derive.moments import Orientation
+from vsctrl.derive.features.moments import Orientation
 from vsctrl.errors import InputError
 from vsctrl.symbols import X, Y, lam, x, y, z
 

@@ -6,8 +6,9 @@ import pytest
 from sympy import Float, Function, Rational, Symbol, floor, oo
 
 from vsctrl import derive
-from vsctrl.derive import Camera, Feature, evaluate, interaction_matrix, moments
-from vsctrl.derive.moments import Moments, m, mu
+from vsctrl.derive import Camera, Feature, evaluate, interaction_matrix
+from vsctrl.derive.features import moments
+from vsctrl.derive.features.moments import Moments, m, mu
 from vsctrl.errors import InputError
 from vsctrl.symbols import X, Y, x, y, z
 

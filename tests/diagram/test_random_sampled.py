@@ -12,6 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_random_diagrams import networks
 
+from vsctrl.diagram.sampled.poles import poles as poles_of
+
 FEW = settings(
     max_examples=20,
     deadline=None,

@@ -10,19 +10,19 @@ from hypothesis import strategies as st
 from scipy.signal import cont2discrete
 
 from vsctrl import loop
-from vsctrl.loop import fraction
+from vsctrl.loop import fractional_delay
 
 between = st.floats(0.02, 6.0).filter(lambda p: 0.01 < p % 1 < 0.99)
 
 
 def radius(periods, gain):
-    return np.abs(np.roots(fraction.characteristic(periods, gain))).max()
+    return np.abs(np.roots(fractional_delay.characteristic(periods, gain))).max()
 
 
 @given(between, st.floats(0.01, 1 - 1e-6))
 @settings(max_examples=200, deadline=None)
 def test_below_the_limit_all_roots_are_inside_the_circle_and_above_it_not(periods, share):
-    limit = fraction.limit(periods)
+    limit = fractional_delay.limit(periods)
     assert radius(periods, share * limit) < 1
     assert radius(periods, limit) == pytest.approx(1, abs=1e-9)
     assert radius(periods, (1 + 1e-6) * limit) > 1
@@ -31,9 +31,9 @@ def test_below_the_limit_all_roots_are_inside_the_circle_and_above_it_not(period
 @given(between)
 @settings(max_examples=100, deadline=None)
 def test_above_the_double_root_the_dominant_mode_oscillates(periods):
-    gain = fraction.double_root(periods)
+    gain = fractional_delay.double_root(periods)
     for share, oscillates in ((1 - 1e-6, False), (1 + 1e-5, True)):
-        roots = np.roots(fraction.characteristic(periods, share * gain))
+        roots = np.roots(fractional_delay.characteristic(periods, share * gain))
         dominant = roots[np.argmax(np.abs(roots))]
         assert bool(abs(dominant.imag) > 1e-6) is oscillates
 
@@ -46,8 +46,11 @@ def test_a_complex_kappa_takes_its_angle_from_the_phase(periods, angle, size):
     limit = loop.gain_limit(periods * 0.04, period=0.04, kappa=mu)
     for share, stable in ((1 - 1e-6, True), (1 + 1e-6, False)):
         roots = np.roots(
-            fraction.characteristic(periods, 0.0)
-            + (fraction.characteristic(periods, 1.0) - fraction.characteristic(periods, 0.0))
+            fractional_delay.characteristic(periods, 0.0)
+            + (
+                fractional_delay.characteristic(periods, 1.0)
+                - fractional_delay.characteristic(periods, 0.0)
+            )
             * (share * limit * mu * 0.04)
         )
         assert bool(np.abs(roots).max() < 1) is stable
@@ -57,17 +60,23 @@ def test_a_complex_kappa_takes_its_angle_from_the_phase(periods, angle, size):
 def test_at_whole_periods_it_meets_the_closed_form(d):
     closed = 2 * math.sin(math.pi / (2 * (2 * d + 1)))  # theory.md, section 3
     for periods in [d + 1e-9] if d == 0 else [d - 1e-9, d + 1e-9]:
-        assert fraction.limit(periods) == pytest.approx(closed, rel=1e-7)
+        assert fractional_delay.limit(periods) == pytest.approx(closed, rel=1e-7)
         double = d**d / (d + 1) ** (d + 1)  # without delay it is left like the root of f
-        assert fraction.double_root(periods) == pytest.approx(double, rel=1e-7 if d else 1e-4)
+        assert fractional_delay.double_root(periods) == pytest.approx(
+            double, rel=1e-7 if d else 1e-4
+        )
 
 
 def test_many_periods_are_continuous_time():
     """π/2 and 1/e of κλτ; holding adds half a period, so the difference falls as 1/(2 periods)."""
     for periods in (200.5, 2000.5):
         share = periods / (periods + 0.5)
-        assert fraction.limit(periods) * periods == pytest.approx(share * math.pi / 2, rel=1e-5)
-        assert fraction.double_root(periods) * periods == pytest.approx(share / math.e, rel=1e-5)
+        assert fractional_delay.limit(periods) * periods == pytest.approx(
+            share * math.pi / 2, rel=1e-5
+        )
+        assert fractional_delay.double_root(periods) * periods == pytest.approx(
+            share / math.e, rel=1e-5
+        )
 
 
 @pytest.mark.parametrize("periods", [0.3, 1.5, 2.25])
@@ -87,11 +96,11 @@ def test_the_equation_is_that_of_a_plant_sampled_by_scipy(periods):
     for age in range(1, d + 2):
         A[age, age - 1] = 1.0
     roots = np.sort_complex(np.linalg.eigvals(A))
-    mine = np.sort_complex(np.roots(fraction.characteristic(periods, gain)))
+    mine = np.sort_complex(np.roots(fractional_delay.characteristic(periods, gain)))
     np.testing.assert_allclose(roots, mine, atol=1e-12)
 
 
 def test_the_loop_takes_any_delay():
-    assert loop.gain_limit(0.09, period=0.04) == fraction.limit(2.25) / 0.04
-    assert loop.gain_limit(0.09, period=0.04, kappa=2) == fraction.limit(2.25) / 0.08
-    assert loop.fastest_gain(0.09, period=0.04) == fraction.double_root(2.25) / 0.04
+    assert loop.gain_limit(0.09, period=0.04) == fractional_delay.limit(2.25) / 0.04
+    assert loop.gain_limit(0.09, period=0.04, kappa=2) == fractional_delay.limit(2.25) / 0.08
+    assert loop.fastest_gain(0.09, period=0.04) == fractional_delay.double_root(2.25) / 0.04

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import vsctrl as vs
 from vsctrl import loop
 from vsctrl.errors import InputError
-from vsctrl.loop.taylor import coefficient, laurent
+from vsctrl.loop.laurent import coefficient, laurent
 from vsctrl.symbols import T_i, k_ff, kappa, lam, omega, s, tau, v
 
 PLACEMENTS = ("measurement", "aligned", "actuator")

@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from vsctrl import paper
 from vsctrl.report import page, plots
-from vsctrl.report import words as words_of
+from vsctrl.report import sentences as words_of
 from vsctrl.report.verdict import verdict
 from vsctrl.servo import simulate
 from vsctrl.servo.control.law import Law
@@ -66,7 +66,7 @@ def test_ways_that_differ_are_a_warning(monkeypatch):
 
 def test_a_simulation_that_runs_away_is_no_good_news(monkeypatch):
     """One column of L with a wrong sign: the camera flies off in a loop called stable."""
-    camera = importlib.import_module("vsctrl.servo.plant.camera")
+    camera = importlib.import_module("vsctrl.servo.camera.camera")
     kernel = camera.point_interaction
     signs = np.array([-1.0, 1, 1, 1, 1, 1])
     monkeypatch.setattr(camera, "point_interaction", lambda *given: kernel(*given) * signs)

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from vsctrl.errors import InputError
-from vsctrl.servo.plant.axes import Axes, Piece, along
-from vsctrl.servo.plant.capability import Capability
-from vsctrl.servo.plant.robot import Gantry
+from vsctrl.servo.robot.axes import Axes, Piece, along
+from vsctrl.servo.robot.capability import Capability
+from vsctrl.servo.robot.gantry import Gantry
 
 A = np.array([0.1, -0.2, 0.3, 0.4, -0.5, 0.6])
 B = np.array([-0.3, 0.1, 0.2, -0.6, 0.3, 0.5])

@@ -12,12 +12,12 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from vsctrl.errors import InputError
-from vsctrl.servo.plant import arm, carrier
-from vsctrl.servo.plant.carrier import Capability, Carrier
-from vsctrl.servo.plant.robot import Gantry
 from vsctrl.servo.pose import exp_one, from_euler_xyz
+from vsctrl.servo.robot import carrier, joints
+from vsctrl.servo.robot.carrier import Capability, Carrier
+from vsctrl.servo.robot.gantry import Gantry
 from vsctrl.servo.scenario import checks
-from vsctrl.servo.scenario.whole import COMMENTS
+from vsctrl.servo.scenario.scenario import COMMENTS
 
 PERIOD = 0.04
 START = from_euler_xyz([0.1, -0.2, -0.8], [20.0, -35.0, 50.0])
@@ -515,7 +515,7 @@ def test_with_avoidance_no_joint_ever_leaves_its_range(options, period, limits):
 
 
 def test_the_brakes_alone_would_keep_every_joint_in_its_range(monkeypatch):
-    monkeypatch.setattr(arm.Arm, "share", lambda self, T: 1.0)
+    monkeypatch.setattr(joints.Arm, "share", lambda self, T: 1.0)
     keep_to_the_ranges(
         {}, PERIOD, {"speeds": np.full(6, np.inf)}, 12, (0, 1, 2, 3, 8, 15, 24, 26, 30)
     )
@@ -683,4 +683,4 @@ def test_a_carrier_moves_no_more_frames_than_it_was_made_for():
 
 
 def test_the_damper_is_as_documented():
-    assert (arm.ZONE, arm.SAFETY, arm.MOST) == (0.1, 1e-4, 0.5)
+    assert (joints.ZONE, joints.SAFETY, joints.MOST) == (0.1, 1e-4, 0.5)

@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import expm
 
 from vsctrl.errors import InputError
-from vsctrl.servo.control.observer import RANGE, DepthObserver
+from vsctrl.servo.estimation.depth_observer import RANGE, DepthObserver
 
 FX, FY = 700.0, 640.0
 POINTS = np.array([[-0.2, -0.1, 0.9], [0.25, -0.15, 1.3], [0.2, 0.2, 1.0], [-0.1, 0.3, 1.7]])

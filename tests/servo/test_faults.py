@@ -7,7 +7,7 @@ import pytest
 
 from vsctrl import paper
 from vsctrl.servo import faults, simulate
-from vsctrl.servo.plant.arm import Stop
+from vsctrl.servo.robot.joints import Stop
 
 REST = {
     "position": (0.0, 0.0, -0.77), "euler_xyz_deg": (0.0, 0.0, 0.0), "V": (0, 0, 0), "k_ff": 0.0,

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from vsctrl.errors import InputError
+from vsctrl.servo.camera.camera import Camera
+from vsctrl.servo.camera.target import CUBE_LEDS, Target
 from vsctrl.servo.feasibility.following import feasibility
 from vsctrl.servo.feasibility.limits import Limits
 from vsctrl.servo.feasibility.peaks import peaks, uneven
@@ -19,10 +21,8 @@ from vsctrl.servo.motion.trajectory import (
     rotation,
     translation,
 )
-from vsctrl.servo.plant.camera import Camera
-from vsctrl.servo.plant.robot import Gantry
-from vsctrl.servo.plant.target import CUBE_LEDS, Target
 from vsctrl.servo.pose import exp, from_euler_xyz
+from vsctrl.servo.robot.gantry import Gantry
 
 START = from_euler_xyz([0.0, 0.0, -0.77], [0.0, 0.0, 0.0])
 SLIDE = translation(START, [0.04, 0.0, 0.0], 9.0)

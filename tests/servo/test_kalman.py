@@ -9,7 +9,7 @@ from scipy.linalg import expm, solve_discrete_are, solve_discrete_lyapunov
 from scipy.stats import chi2
 
 from vsctrl.errors import InputError
-from vsctrl.servo.control.kalman import ImageFilter, process_covariance, transition
+from vsctrl.servo.estimation.image_filter import ImageFilter, process_covariance, transition
 
 T = 0.04
 MODELS = [("velocity", 2), ("acceleration", 3)]

@@ -9,7 +9,7 @@ import pytest
 from vsctrl import derive
 from vsctrl.errors import InputError
 from vsctrl.servo import CUBE_LEDS, Camera, pose
-from vsctrl.servo.control.measures import MEASURES, SHORTEST, measures
+from vsctrl.servo.features.feature_sets import MEASURES, SHORTEST, measures
 
 CAMERA = Camera(700.0, 520.0)
 RNG = np.random.default_rng(1)

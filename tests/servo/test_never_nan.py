@@ -13,10 +13,10 @@ from wild import Wild, description
 from vsctrl import paper
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario, simulate
-from vsctrl.servo.control.observer import DepthObserver
+from vsctrl.servo.estimation.depth_observer import DepthObserver
 from vsctrl.servo.pose import exp
 from vsctrl.servo.scenario.links import KINDS
-from vsctrl.servo.scenario.whole import TABLES
+from vsctrl.servo.scenario.scenario import TABLES
 
 CHUNKS, EACH, LONGEST = 24, 84, 300
 ARRAYS = {

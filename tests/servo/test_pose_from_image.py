@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from vsctrl.errors import InputError
-from vsctrl.servo.control.pnp import pose_from_image
+from vsctrl.servo.estimation.pose_from_image import pose_from_image
 
 FX, FY = 700.0, 650.0
 LEDS = np.array([[-0.125, -0.075, 0], [0.125, -0.075, 0], [0.125, 0.075, 0], [-0.125, 0.075, 0]])

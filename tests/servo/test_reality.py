@@ -9,7 +9,7 @@ from scipy.linalg import expm
 
 from vsctrl import paper
 from vsctrl.servo import simulate
-from vsctrl.servo.control import predict
+from vsctrl.servo.control import prediction
 
 TS = 0.04
 # A loop in which nothing is zero, equal or aligned with anything else.
@@ -286,13 +286,13 @@ def test_everything_at_once():
 @pytest.mark.parametrize("hand_eye", [(0.0,) * 6, (0.02, -0.01, 0.03, 0.1, -0.2, 0.05)])
 def test_the_hand_reports_the_motion_of_the_camera_that_it_believes_in(hand_eye, monkeypatch):
     reported = []
-    update = predict.Kalman.__call__
+    update = prediction.Kalman.__call__
 
     def listen(self, s, L_hat, shown, applied):
         reported.append(applied)
         return update(self, s, L_hat, shown, applied)
 
-    monkeypatch.setattr(predict.Kalman, "__call__", listen)
+    monkeypatch.setattr(prediction.Kalman, "__call__", listen)
     run = simulate(paper.sliding().with_(**CROOKED, predictor="velocity", hand_eye=hand_eye))
     assert run.status.ok
     # A robot without limits does what it is told: of the camera where it believes that to be.

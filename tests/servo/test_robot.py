@@ -12,8 +12,8 @@ from vsctrl.errors import InputError
 from vsctrl.servo.feasibility.joints import JointPath
 from vsctrl.servo.motion.path import Path
 from vsctrl.servo.motion.trajectory import ConstantScrew, Oscillation
-from vsctrl.servo.plant.robot import FreeCamera, Gantry
 from vsctrl.servo.pose import exp, from_euler_xyz, inverse, log
+from vsctrl.servo.robot.gantry import FreeCamera, Gantry
 
 RNG = np.random.default_rng(3)
 EYE = from_euler_xyz([0.03, -0.02, 0.2], [10.0, -20.0, 65.0])

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from vsctrl import paper
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario, simulate
-from vsctrl.servo.scenario import experiment, whole
+from vsctrl.servo.scenario import experiment
+from vsctrl.servo.scenario import scenario as whole
 from vsctrl.servo.scenario.links import KINDS
 from vsctrl.servo.scenario.motions import ScrewMotion
 

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from vsctrl.errors import InputError
-from vsctrl.servo.control.structure import LEAST_PARALLAX_DEG, target_from_motion
+from vsctrl.servo.estimation.triangulation import LEAST_PARALLAX_DEG, target_from_motion
 
 FX, FY = 700.0, 650.0
 

@@ -11,12 +11,12 @@ from scipy.integrate import quad
 from vsctrl.errors import InputError
 from vsctrl.servo.feasibility.following import feasibility
 from vsctrl.servo.feasibility.limits import Limits
-from vsctrl.servo.feasibility.timing import fastest, slowed
+from vsctrl.servo.feasibility.retiming import fastest, slowed
 from vsctrl.servo.motion.linked import Blend, Linked
 from vsctrl.servo.motion.path import Path
 from vsctrl.servo.motion.trajectory import ConstantScrew, Oscillation, hold, rotation, translation
-from vsctrl.servo.plant.robot import Gantry
 from vsctrl.servo.pose import exp, from_euler_xyz, inverse, log
+from vsctrl.servo.robot.gantry import Gantry
 
 START = from_euler_xyz([0.0, 0.0, -0.77], [0.0, 0.0, 0.0])
 X = np.array([1.0, 0, 0, 0, 0, 0])

@@ -6,7 +6,7 @@ edge of what can be typed. What is drawn need not be valid.
 
 import numpy as np
 
-from vsctrl.servo.control.measures import MEASURES
+from vsctrl.servo.features.feature_sets import MEASURES
 
 
 class Wild:

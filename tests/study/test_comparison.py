@@ -7,8 +7,9 @@ import pytest
 from vsctrl import paper
 from vsctrl.errors import InputError
 from vsctrl.servo import simulate
-from vsctrl.study import comparison, validate
-from vsctrl.study.comparison import millimetres
+from vsctrl.study import validate
+from vsctrl.study.tracking import comparison
+from vsctrl.study.tracking.comparison import millimetres
 
 SPEED, PERIOD = 0.04, 0.04
 

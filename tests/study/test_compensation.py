@@ -12,9 +12,9 @@ import pytest
 from vsctrl import paper, study
 from vsctrl.errors import InputError
 from vsctrl.report import plots
-from vsctrl.servo import clock
-from vsctrl.servo.control.gain import Shaping
-from vsctrl.servo.control.predict import Smith
+from vsctrl.servo import timing
+from vsctrl.servo.control.gain_schedule import Shaping
+from vsctrl.servo.control.prediction import Smith
 
 PERIOD, TAU, LAM, SPEED = 0.04, 0.08, 2.5, 0.04
 
@@ -188,10 +188,10 @@ def test_an_integral_that_leaks_is_noticed(monkeypatch):
 
 
 def test_a_delay_one_frame_off_is_noticed(monkeypatch):
-    delays = clock.delays
+    delays = timing.delays
 
     def shifted(placement, d):
         return delays(placement, d + 1)
 
-    kinds = wrong_rows(monkeypatch, clock, "delays", shifted)
+    kinds = wrong_rows(monkeypatch, timing, "delays", shifted)
     assert {"none", "nulling feed-forward", "preview", "Smith", "PI"} <= kinds

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vsctrl import loop, paper, study
-from vsctrl.study import held
+from vsctrl.study.compensation import sampled_limits
 
 PERIOD, TAU = 0.04, 0.08
 
@@ -18,7 +18,7 @@ PERIOD, TAU = 0.04, 0.08
 # Gain limits ------------------------------------------------------------------------------------
 @pytest.mark.parametrize("frames", range(5))
 def test_the_held_loop_ends_where_its_closed_form_says(frames):
-    limit = held.plain(frames * PERIOD, PERIOD, kappa=0.8).limit
+    limit = sampled_limits.plain(frames * PERIOD, PERIOD, kappa=0.8).limit
     angle = math.pi / (2 * (2 * frames + 1))
     assert limit == pytest.approx(2 * math.sin(angle) / (0.8 * PERIOD), rel=1e-12)
 
@@ -26,7 +26,9 @@ def test_the_held_loop_ends_where_its_closed_form_says(frames):
 def test_a_complex_kappa_has_the_limit_of_its_argument():
     mu = 1.06 * np.exp(0.3j)
     expected = 2 * math.sin((math.pi / 2 - 0.3) / 5) / (1.06 * PERIOD)
-    assert held.plain(TAU, PERIOD, kappa=complex(mu)).limit == pytest.approx(expected, rel=1e-9)
+    assert sampled_limits.plain(TAU, PERIOD, kappa=complex(mu)).limit == pytest.approx(
+        expected, rel=1e-9
+    )
 
 
 def largest_pole(diagram, lam, digital=None, **values):
@@ -41,7 +43,7 @@ def largest_pole(diagram, lam, digital=None, **values):
 @pytest.mark.parametrize("late", [0.08, 0.1, 0.05])
 @pytest.mark.parametrize("believed", [0.04, 0.08, 0.09, 0.2])
 def test_the_smith_polynomial_has_the_poles_of_the_sampled_diagram(late, believed):
-    found = held.predicted(late, PERIOD, believed, kappa=0.9)
+    found = sampled_limits.predicted(late, PERIOD, believed, kappa=0.9)
     values = {"tau": late, "tau_hat": believed, "ell": 0.9}
     for share in (0.5, 0.999, 1.001):
         gain = share * found.limit
@@ -53,7 +55,7 @@ def test_the_smith_polynomial_has_the_poles_of_the_sampled_diagram(late, believe
 @pytest.mark.parametrize("late", [0.08, 0.1, 0.05])
 @pytest.mark.parametrize("time", [0.12, 0.4, 1.6])
 def test_the_integral_polynomial_has_the_poles_of_the_sampled_diagram(late, time):
-    found = held.integral(late, PERIOD, time, kappa=0.9)
+    found = sampled_limits.integral(late, PERIOD, time, kappa=0.9)
     values = {"tau": late, "T_i": time, "ell": 0.9, "digital": {"gain": "backward"}}
     for share in (0.5, 0.999, 1.001):
         gain = share * found.limit
@@ -64,7 +66,7 @@ def test_the_integral_polynomial_has_the_poles_of_the_sampled_diagram(late, time
 
 
 def test_no_gain_is_stable_with_too_short_an_integral():
-    assert held.integral(TAU, PERIOD, 0.02).limit == 0.0
+    assert sampled_limits.integral(TAU, PERIOD, 0.02).limit == 0.0
 
 
 def scalar_grows(gain, late, believed):
@@ -82,7 +84,9 @@ def scalar_grows(gain, late, believed):
 @pytest.mark.parametrize(("believed", "limit"), [(2, 2 / PERIOD), (1, 2 / (3 * PERIOD))])
 def test_a_predictor_one_frame_wrong_allows_a_third_of_the_gain(believed, limit):
     # At z = −1 one twist too few or too many changes its sign from frame to frame.
-    assert held.predicted(TAU, PERIOD, believed * PERIOD).limit == pytest.approx(limit, rel=1e-12)
+    assert sampled_limits.predicted(TAU, PERIOD, believed * PERIOD).limit == pytest.approx(
+        limit, rel=1e-12
+    )
     assert not scalar_grows(0.99 * limit, 2, believed)
     assert scalar_grows(1.01 * limit, 2, believed)
 
@@ -106,4 +110,6 @@ def test_the_limits_are_found_in_six_degrees_of_freedom():
 def test_two_ways_to_the_limit_of_figure_1_meet(periods, kappa):
     """Roots on the circle here, the phase on the circle (or the closed form) in the loop's room."""
     expected = loop.gain_limit(0.04 * periods, period=0.04, kappa=kappa)
-    assert held.plain(0.04 * periods, 0.04, kappa).limit == pytest.approx(expected, rel=1e-9)
+    assert sampled_limits.plain(0.04 * periods, 0.04, kappa).limit == pytest.approx(
+        expected, rel=1e-9
+    )

@@ -13,9 +13,10 @@ import pytest
 
 from vsctrl import paper, servo
 from vsctrl.errors import InputError
-from vsctrl.study import cases, validate
-from vsctrl.study.comparison import polar
-from vsctrl.study.triangle import legs, triangle
+from vsctrl.study import validate
+from vsctrl.study.tracking import cases
+from vsctrl.study.tracking.comparison import polar
+from vsctrl.study.tracking.triangle import legs, triangle
 
 LAM, TS, V, A, CYCLE = 5.0, 0.04, 0.04, 0.15, 15.0
 PLACEMENTS = ("measurement", "aligned", "actuator")

@@ -12,9 +12,9 @@ from scipy.special import lambertw
 
 from vsctrl import paper
 from vsctrl.errors import InputError, LimitError
-from vsctrl.study.curves import curves
+from vsctrl.loop.summary import summarise
+from vsctrl.study.plot_data import curves
 from vsctrl.study.stability import stability
-from vsctrl.study.summary import summarise
 
 SPEED, TAU = 0.04, 0.08
 

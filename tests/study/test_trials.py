@@ -8,7 +8,7 @@ import pytest
 
 from vsctrl import paper, study
 from vsctrl.servo.pose import exp, inverse
-from vsctrl.study import trials
+from vsctrl.study import modes as trials
 
 RHO, PHI = 0.9, 1.1
 SQUARE = ((-0.1, -0.1, 0.0), (0.1, -0.1, 0.0), (0.1, 0.1, 0.0), (-0.1, 0.1, 0.0))

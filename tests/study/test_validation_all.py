@@ -7,7 +7,7 @@ import pytest
 import vsctrl as vs
 from vsctrl.servo.control.law import Law
 
-validation = importlib.import_module("vsctrl.study.validation")
+validation = importlib.import_module("vsctrl.study.experiments.validation")
 TWIST = Law.twist
 
 

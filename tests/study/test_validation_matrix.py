@@ -12,11 +12,11 @@ import pytest
 from vsctrl import paper, study
 from vsctrl.errors import InputError
 from vsctrl.report import plots
-from vsctrl.servo import clock
+from vsctrl.servo import timing
 from vsctrl.servo.control.law import Law
 
 simulator = importlib.import_module("vsctrl.servo.simulate")  # the module, not the function
-TWIST, DELAYS = Law.twist, clock.delays
+TWIST, DELAYS = Law.twist, timing.delays
 PERIOD, TAU, LAM = 0.04, 0.08, 2.5
 GRID = (0.5, 4.0, 60.0)
 
@@ -200,7 +200,7 @@ def test_a_gain_one_percent_off_is_noticed_in_the_waves_and_lags(monkeypatch):
 @pytest.mark.parametrize("frames", [-1, 1])
 def test_a_delay_one_frame_off_is_noticed_in_the_waves_and_lags(monkeypatch, frames):
     def patch(m):
-        m.setattr(clock, "delays", lambda placement, d: DELAYS(placement, d + frames))
+        m.setattr(timing, "delays", lambda placement, d: DELAYS(placement, d + frames))
 
     waves, lags = agreeing(monkeypatch, patch)
     assert not any(fine for _, fine in waves)

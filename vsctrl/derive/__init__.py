@@ -2,11 +2,11 @@
 
 from vsctrl.derive.camera import NORMALISED, PIXELS, Camera
 from vsctrl.derive.claims import Claim, Proof, ledger
-from vsctrl.derive.contours import Ellipse, Line, Primitive
 from vsctrl.derive.emit import emit, emit_servo_kernels
-from vsctrl.derive.features import Feature
-from vsctrl.derive.interaction import interaction_matrix
-from vsctrl.derive.moments import (
+from vsctrl.derive.evaluate import evaluate
+from vsctrl.derive.features.curves import Ellipse, Line, Primitive
+from vsctrl.derive.features.feature import Feature
+from vsctrl.derive.features.moments import (
     Area,
     CentredMoment,
     GravityCentre,
@@ -15,11 +15,9 @@ from vsctrl.derive.moments import (
     NormalisedMoments,
     Orientation,
 )
-from vsctrl.derive.motion import point_motion, rotation, rotation_about, skew
-from vsctrl.derive.numbers import evaluate
-from vsctrl.derive.outlines import SeenCircle, SeenEllipse, SeenLine, SeenSphere
-from vsctrl.derive.planes import plane_of
-from vsctrl.derive.points import (
+from vsctrl.derive.features.outlines import SeenCircle, SeenEllipse, SeenLine, SeenSphere
+from vsctrl.derive.features.planes import plane_of
+from vsctrl.derive.features.points import (
     Depth,
     LogDepth,
     Point,
@@ -29,15 +27,17 @@ from vsctrl.derive.points import (
     Sphere,
     VanishingPoint,
 )
-from vsctrl.derive.poses import PoseFeature, ThetaU, Translation
-from vsctrl.derive.references import (
+from vsctrl.derive.features.poses import PoseFeature, ThetaU, Translation
+from vsctrl.derive.features.sets import FeatureSet, copies, together
+from vsctrl.derive.kinematics.interaction import interaction_matrix
+from vsctrl.derive.kinematics.motion import point_motion, rotation, rotation_about, skew
+from vsctrl.derive.references.references import (
     Reference,
     reference,
     reference_along,
     rotation_reference,
     translation_reference,
 )
-from vsctrl.derive.sets import FeatureSet, copies, together
 
 __all__ = [
     "NORMALISED",

@@ -11,7 +11,7 @@ from typing import Any
 from sympy import Dummy, Expr, ImmutableMatrix, S, Symbol
 
 from vsctrl.derive.inputs import decimals, scalar
-from vsctrl.derive.interaction import point_velocity
+from vsctrl.derive.kinematics.interaction import point_velocity
 from vsctrl.errors import InputError
 from vsctrl.symbols import F_x, F_y, X, Y, x, y, z
 

@@ -10,12 +10,11 @@ from types import MappingProxyType
 from typing import Any
 
 from vsctrl.derive.camera import PIXELS
-from vsctrl.derive.contours import Ellipse, Line
 from vsctrl.derive.emit import emit
 from vsctrl.derive.emit.mathematics import as_text
 from vsctrl.derive.emit.meanings import COLUMNS, meaning
-from vsctrl.derive.interaction import VisualFeature, interaction_matrix
-from vsctrl.derive.moments import (
+from vsctrl.derive.features.curves import Ellipse, Line
+from vsctrl.derive.features.moments import (
     Area,
     CentredMoment,
     GravityCentre,
@@ -23,7 +22,7 @@ from vsctrl.derive.moments import (
     NormalisedMoments,
     Orientation,
 )
-from vsctrl.derive.points import (
+from vsctrl.derive.features.points import (
     Depth,
     LogDepth,
     Point,
@@ -33,7 +32,8 @@ from vsctrl.derive.points import (
     Sphere,
     VanishingPoint,
 )
-from vsctrl.derive.poses import ThetaU, Translation
+from vsctrl.derive.features.poses import ThetaU, Translation
+from vsctrl.derive.kinematics.interaction import VisualFeature, interaction_matrix
 from vsctrl.errors import InputError, nearest
 
 

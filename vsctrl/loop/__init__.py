@@ -4,6 +4,7 @@ Nothing is typed in, so a changed diagram changes its formulas.
 """
 
 from vsctrl.loop.closed import pade_gain_limit, pole, sampled_sine_error, step_response
+from vsctrl.loop.compensated_limits import pi_gain_limit, smith_gain_limit
 from vsctrl.loop.constants import ErrorConstants, error_constants, error_sensitivities
 from vsctrl.loop.design import gain_for, least_error_gain, squared_error
 from vsctrl.loop.figure1 import Placement, diagram, figure1
@@ -16,7 +17,6 @@ from vsctrl.loop.matrix import (
     steady_lag,
 )
 from vsctrl.loop.steady import amplitude_and_phase, error_transfer, steady_error
-from vsctrl.loop.tolerance import pi_gain_limit, smith_gain_limit
 from vsctrl.loop.tracking import (
     harmful_feedforward_gain,
     nulling_feedforward,

@@ -11,7 +11,7 @@ import sympy as sp
 
 from vsctrl.diagram import Diagram, Signal
 from vsctrl.errors import InputError
-from vsctrl.loop import taylor
+from vsctrl.loop import laurent
 from vsctrl.loop.parameters import calibrated, known, parameters
 from vsctrl.loop.steady import error_transfer, steady_error
 
@@ -42,7 +42,7 @@ def error_constants(diagram: Diagram, signal: str, **values: float | sp.Expr) ->
     given = known("error_constants", diagram, values)
     opened = diagram.open(signal)
     L = calibrated(diagram, -opened.transfer(f"{signal}__cut", signal)).xreplace(given)
-    order, (leading, *_) = taylor.laurent(L, -99)
+    order, (leading, *_) = laurent.laurent(L, -99)
     if leading == 0:
         raise InputError(
             f"error_constants: no loop runs through {signal!r}; open a signal of the loop."

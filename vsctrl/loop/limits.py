@@ -12,7 +12,7 @@ from typing import Any
 import sympy as sp
 
 from vsctrl.errors import InputError
-from vsctrl.loop import fraction
+from vsctrl.loop import fractional_delay
 from vsctrl.loop import values as check
 from vsctrl.loop.figure1 import figure1
 from vsctrl.symbols import T_s, d, ell, ell_hat, kappa, lam, omega, s, tau
@@ -57,7 +57,7 @@ def gain_limit(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.
     def sampled(samples: Any) -> sp.Expr:
         return turned(_sampled_limit())
 
-    between = partial(fraction.limit, angle=angle)
+    between = partial(fractional_delay.limit, angle=angle)
     found = _value(lambda: turned(_continuous_limit()), sampled, between, tau, period, kappa)
     return 0.0 if unstable else found
 
@@ -67,7 +67,7 @@ def fastest_gain(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> s
 
     λ = 1/(eκτ) in continuous time, κλTₛ = dᵈ/(d + 1)ᵈ⁺¹ sampled. Arguments as for `gain_limit`.
     """
-    between = fraction.double_root
+    between = fractional_delay.double_root
     return _value(_continuous_double_root, _sampled_double_root, between, tau, period, kappa)
 
 

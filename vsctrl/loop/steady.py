@@ -14,7 +14,7 @@ from vsctrl.diagram import Diagram, Exponential, Signal, Sine
 from vsctrl.diagram.description.blocks import delays_as_symbols
 from vsctrl.diagram.signals.elementary import Cosine, Power
 from vsctrl.errors import InputError
-from vsctrl.loop import taylor
+from vsctrl.loop import laurent
 from vsctrl.loop import values as check
 from vsctrl.loop.parameters import calibrated, exact, known, parameters
 from vsctrl.symbols import s, tau
@@ -124,7 +124,7 @@ def _derived(diagram: Diagram, output: str, reference: str, source: str) -> tupl
     late = {q: sp.exp(-delay * s) for q, delay in delays.items()}
     # SymPy merges products of exponentials, and two spellings of one delay are one function.
     transfer = sp.collect(num, s).xreplace(late) / den.xreplace(late)
-    first, found = taylor.laurent(transfer, 2)
+    first, found = laurent.laurent(transfer, 2)
     return transfer, (first, tuple(_latency_apart(c) for c in found))
 
 
@@ -136,11 +136,11 @@ def _limit(
 
     def constants(series: Series) -> list[sp.Expr]:
         powers = range(min(series[0], 0), order + 1)
-        return [taylor.coefficient(series, k).xreplace(values) for k in powers]
+        return [laurent.coefficient(series, k).xreplace(values) for k in powers]
 
     found = constants(series)
     if any(c.has(sp.nan, sp.zoo) for c in found):  # these values make a pole at s = 0, or less
-        found = constants(taylor.laurent(transfer.xreplace(values), order))
+        found = constants(laurent.laurent(transfer.xreplace(values), order))
     cases: list[tuple[sp.Expr, Any]] = []
     for below in found[:-1]:
         if sp.simplify(below) == 0:

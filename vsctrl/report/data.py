@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import cmath
 import math
+from importlib import metadata
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-import vsctrl
 from vsctrl.derive import ledger
 from vsctrl.report.verdict import Verdict
 from vsctrl.servo.results.outcome import outcome
@@ -223,7 +223,7 @@ def report_data(found: Examination, verdict: Verdict) -> ReportData:
     own = None if run is None else outcome(run).data()
     return ReportData(
         schema=SCHEMA,
-        version=vsctrl.__version__,
+        version=metadata.version("vsctrl"),
         scenario={"digest": scenario.digest, **scenario.model_dump(mode="json")},
         verdict=VerdictTable(kind=verdict.kind, sentences=verdict.sentences),
         margins=_margins(found.stability),

@@ -25,9 +25,9 @@ from vsctrl.report import plots
 from vsctrl.report.verdict import Verdict
 from vsctrl.servo.results.outcome import outcome
 from vsctrl.study import Examination
-from vsctrl.study.comparison import PADE_ORDER, millimetres, polar
-from vsctrl.study.curves import curves
+from vsctrl.study.plot_data import curves
 from vsctrl.study.statements import about
+from vsctrl.study.tracking.comparison import PADE_ORDER, millimetres, polar
 from vsctrl.symbols import T_s
 
 GENERATOR = "vsctrl"  #: in the page's <meta name="generator">, by which a report knows its own

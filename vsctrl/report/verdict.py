@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from vsctrl.report.words import agreement, tracking
+from vsctrl.report.sentences import agreement, tracking
 from vsctrl.servo.results.outcome import notice, outcome
 from vsctrl.study import Examination
 

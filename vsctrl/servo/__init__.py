@@ -4,16 +4,18 @@ It shares no formula with ``vsctrl.derive`` (except the generated kernels) and n
 ``vsctrl.diagram``, so that their agreement is evidence.
 """
 
-from vsctrl.servo.control.kalman import ImageFilter
+from vsctrl.servo.camera.camera import Camera, View
+from vsctrl.servo.camera.target import CUBE_LEDS, Target
 from vsctrl.servo.control.law import Command, Law
-from vsctrl.servo.control.measures import MEASURES
-from vsctrl.servo.control.observer import DepthObserver
-from vsctrl.servo.control.pnp import PoseFit, pose_from_image
-from vsctrl.servo.control.structure import Structure, target_from_motion
+from vsctrl.servo.estimation.depth_observer import DepthObserver
+from vsctrl.servo.estimation.image_filter import ImageFilter
+from vsctrl.servo.estimation.pose_from_image import PoseFit, pose_from_image
+from vsctrl.servo.estimation.triangulation import Structure, target_from_motion
 from vsctrl.servo.feasibility.following import Feasibility, Reading, feasibility
 from vsctrl.servo.feasibility.joints import JointPath
 from vsctrl.servo.feasibility.limits import Limits
-from vsctrl.servo.feasibility.timing import Retimed, fastest, slowed
+from vsctrl.servo.feasibility.retiming import Retimed, fastest, slowed
+from vsctrl.servo.features.feature_sets import MEASURES
 from vsctrl.servo.motion.linked import Blend, Linked
 from vsctrl.servo.motion.path import Path
 from vsctrl.servo.motion.trajectory import (
@@ -25,10 +27,8 @@ from vsctrl.servo.motion.trajectory import (
     rotation,
     translation,
 )
-from vsctrl.servo.plant.camera import Camera, View
-from vsctrl.servo.plant.robot import FreeCamera, Gantry
-from vsctrl.servo.plant.target import CUBE_LEDS, Target
 from vsctrl.servo.results.run import Event, Run, Status
+from vsctrl.servo.robot.gantry import FreeCamera, Gantry
 from vsctrl.servo.scenario import Scenario, schema
 from vsctrl.servo.simulate import simulate
 

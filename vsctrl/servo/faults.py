@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vsctrl.servo.results.run import Event, Kind, Status
 
 if TYPE_CHECKING:
-    from vsctrl.servo.plant.arm import Stop
+    from vsctrl.servo.robot.joints import Stop
     from vsctrl.servo.scenario.options import FaultsTable
 
 Array = NDArray[np.float64]

@@ -13,8 +13,8 @@ from vsctrl.servo.results.run import Run, Status
 
 if TYPE_CHECKING:
     from vsctrl.servo.control.controller import Controller
-    from vsctrl.servo.control.plan import Plan
-    from vsctrl.servo.plant.carrier import Carrier
+    from vsctrl.servo.control.reference_image import Plan
+    from vsctrl.servo.robot.carrier import Carrier
     from vsctrl.servo.scenario import Scenario
 
 Array = NDArray[np.float64]

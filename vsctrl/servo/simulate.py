@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo import clock, faults
+from vsctrl.servo import faults, timing
+from vsctrl.servo.camera.camera import NEAREST
+from vsctrl.servo.camera.sensor import Eye, Schedule, Sight
+from vsctrl.servo.camera.target import Target
 from vsctrl.servo.control.controller import Controller, PoseController, Shown, controller
-from vsctrl.servo.control.plan import Plan
+from vsctrl.servo.control.reference_image import Plan
 from vsctrl.servo.faults import Faults
-from vsctrl.servo.plant.camera import NEAREST
-from vsctrl.servo.plant.capability import Capability
-from vsctrl.servo.plant.carrier import Carrier
-from vsctrl.servo.plant.robot import Gantry
-from vsctrl.servo.plant.target import Target
-from vsctrl.servo.plant.vision import Eye, Schedule, Sight
 from vsctrl.servo.pose import adjoint, exp, inverse
 from vsctrl.servo.record import Record
 from vsctrl.servo.results.run import Run, Status
+from vsctrl.servo.robot.capability import Capability
+from vsctrl.servo.robot.carrier import Carrier
+from vsctrl.servo.robot.gantry import Gantry
 
 if TYPE_CHECKING:
     from vsctrl.servo.scenario import Scenario
@@ -59,7 +59,7 @@ class _Loop:
 
     def __init__(self, scenario: "Scenario") -> None:
         vision, t = scenario.vision, scenario.t
-        ages = clock.delays(scenario.law.placement, vision.latency / vision.period)
+        ages = timing.delays(scenario.law.placement, vision.latency / vision.period)
         self.t = t
         self.target = Target(
             np.array(scenario.target.points), np.array(scenario.target.drift), scenario.target.sway

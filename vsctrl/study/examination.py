@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario, simulate
-from vsctrl.study.comparison import Comparison, validate
 from vsctrl.study.stability import Stability, stability
+from vsctrl.study.tracking.comparison import Comparison, validate
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from vsctrl import loop
 from vsctrl.diagram import Ramp, Step
 from vsctrl.servo import Scenario
-from vsctrl.servo.clock import whole
-from vsctrl.study.cases import ratio_along_motion
-from vsctrl.study.trials import critical_ratio, gain_limit
+from vsctrl.servo.timing import whole
+from vsctrl.study.modes import critical_ratio, gain_limit
+from vsctrl.study.tracking.cases import ratio_along_motion
 
 if TYPE_CHECKING:
     from vsctrl.diagram.channel import OpenLoop

@@ -11,14 +11,14 @@ from collections.abc import Iterable
 from functools import cache
 
 from vsctrl.derive.claims import (
-    control_law,
-    figure1,
-    kinematics,
-    observations,
-    slide,
-    task_function,
-    trajectories,
-    turn,
+    equations_1_to_5,
+    equations_6_to_10,
+    equations_11_to_14,
+    equations_15_to_17,
+    figure_1,
+    section_4_1_slide,
+    section_4_2_rotation,
+    section_4_observations,
 )
 from vsctrl.derive.claims.claim import Claim, Evidence, Proof, Status
 
@@ -34,17 +34,17 @@ def ledger() -> tuple[Claim, ...]:
     Nothing is derived until ``Claim.prove`` is called; all of them take some seconds.
     """
     return (
-        *trajectories.ABSTRACT,
-        *task_function.CLAIMS,
-        *control_law.CLAIMS,
-        *figure1.CLAIMS,
-        *kinematics.CLAIMS,
-        *trajectories.CLAIMS,
-        *slide.SETUP,
-        *observations.SETUP,
-        *slide.CLAIMS,
-        *observations.CLAIMS,
-        *turn.CLAIMS,
+        *equations_15_to_17.ABSTRACT,
+        *equations_1_to_5.CLAIMS,
+        *equations_6_to_10.CLAIMS,
+        *figure_1.CLAIMS,
+        *equations_11_to_14.CLAIMS,
+        *equations_15_to_17.CLAIMS,
+        *section_4_1_slide.SETUP,
+        *section_4_observations.SETUP,
+        *section_4_1_slide.CLAIMS,
+        *section_4_observations.CLAIMS,
+        *section_4_2_rotation.CLAIMS,
     )
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any, Literal
 
-from vsctrl.derive.claims.zero import Decision, Facts, decide, text
+from vsctrl.derive.claims.decision import Decision, Facts, decide, text
 
 Status = Literal["holds", "erratum", "ambiguous", "conditional"]
 _READABLE = 40  # characters

@@ -1,4 +1,4 @@
-"""``python -m vsctrl.derive.emit``: ``vsctrl/servo/kernels.py`` on standard output."""
+"""``python -m vsctrl.derive.emit``: ``vsctrl/servo/generated/kernels.py`` on standard output."""
 
 import sys
 

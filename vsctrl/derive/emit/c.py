@@ -14,7 +14,7 @@ from sympy.printing.codeprinter import PrintMethodNotImplementedError
 
 from vsctrl.derive.emit.meanings import described
 from vsctrl.derive.emit.shared import common, computable, factors
-from vsctrl.derive.interaction import VisualFeature
+from vsctrl.derive.kinematics.interaction import VisualFeature
 from vsctrl.errors import InputError
 
 _LINE = 100

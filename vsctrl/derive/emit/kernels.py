@@ -9,18 +9,18 @@ from collections.abc import Callable, Mapping, Sequence
 from sympy import Expr, ImmutableMatrix, S, Symbol
 
 from vsctrl.derive.camera import PIXELS
-from vsctrl.derive.contours import Line
 from vsctrl.derive.emit import pointsets
 from vsctrl.derive.emit.c import c_function
 from vsctrl.derive.emit.mathematics import as_latex, as_mathml
 from vsctrl.derive.emit.meanings import described
 from vsctrl.derive.emit.shared import computable
 from vsctrl.derive.emit.source import function_source
-from vsctrl.derive.features import Feature
-from vsctrl.derive.interaction import VisualFeature
-from vsctrl.derive.moments import m, mu
-from vsctrl.derive.outlines import SeenLine
-from vsctrl.derive.points import LogDepth, Point, PolarPoint, Segment
+from vsctrl.derive.features.curves import Line
+from vsctrl.derive.features.feature import Feature
+from vsctrl.derive.features.moments import m, mu
+from vsctrl.derive.features.outlines import SeenLine
+from vsctrl.derive.features.points import LogDepth, Point, PolarPoint, Segment
+from vsctrl.derive.kinematics.interaction import VisualFeature
 from vsctrl.errors import InputError, nearest
 from vsctrl.symbols import X, Y, z
 
@@ -79,7 +79,7 @@ def emit(feature: VisualFeature, language: str = "numpy") -> str:
 
 
 def emit_servo_kernels() -> str:
-    """The text of ``vsctrl/servo/kernels.py``: s and L of what the simulator may servo on.
+    """The text of ``servo/generated/kernels.py``: s and L of what the simulator may servo on.
 
     The image point, (..., 2), and its L, (..., 2, 6); polar points, segments, lines and the depth
     likewise; six moments of a point set and their gradient by one of its points, (..., 6, 2).

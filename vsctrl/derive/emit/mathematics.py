@@ -12,7 +12,7 @@ from sympy import Expr, ImmutableMatrix, Symbol, latex, pretty
 
 from vsctrl.derive.emit.meanings import COLUMNS, described
 from vsctrl.derive.emit.shared import common
-from vsctrl.derive.interaction import VisualFeature, interaction_matrix
+from vsctrl.derive.kinematics.interaction import VisualFeature, interaction_matrix
 
 _SMALL = """
     alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau

@@ -10,8 +10,8 @@ from functools import cache
 from sympy import Expr, ImmutableMatrix, S, Symbol, sqrt, symbols
 
 from vsctrl.derive.camera import PIXELS
-from vsctrl.derive.contours import x_g, y_g
-from vsctrl.derive.moments import Moments, Orientation, a, m, mu
+from vsctrl.derive.features.curves import x_g, y_g
+from vsctrl.derive.features.moments import Moments, Orientation, a, m, mu
 
 u, v = symbols("u v", real=True)  #: point from the centre of gravity, (X − x_g, Y − y_g)
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from sympy import Expr, I, ImmutableMatrix, Integer, Symbol, cse, nan, oo, sqrt, zoo
 
-from vsctrl.derive.interaction import VisualFeature, interaction_matrix
+from vsctrl.derive.kinematics.interaction import VisualFeature, interaction_matrix
 from vsctrl.errors import InputError
 
 Shared = list[tuple[Symbol, Expr]]

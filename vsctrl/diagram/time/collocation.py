@@ -2,9 +2,10 @@
 
 The method of steps, made quick: the solution is smooth between the times to which a jump of the
 input has been carried by sums of delays, and each further delay makes the jump one derivative
-weaker. Those times are kept as rationals (`BreakingPoints`), with the jump of every derivative; a jump too
-weak to be seen is dropped, and from there on a piece may be as long as the solution is smooth, even
-many delays long: what it needs of its own past is then part of the equations of the piece.
+weaker. Those times are kept as rationals (`BreakingPoints`), with the jump of every
+derivative; a jump too weak to be seen is dropped, and from there on a piece may be as long as the
+solution is smooth, even many delays long: what it needs of its own past is then part of the
+equations of the piece.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from vsctrl.report.plots.style import GREY, INK, STYLE, WITH, WITHOUT, phase
-from vsctrl.study.sine import SineResponse
+from vsctrl.study.experiments.frequency_response import SineResponse
 
 FINE = 60  #: points of a curve, besides those measured
 NOTHING = 1e-9  #: an error that only rounding makes: it has no phase, and no place on a log axis

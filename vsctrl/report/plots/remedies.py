@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vsctrl.report.plots.style import EXACT, GREY, INK, STYLE, WITH, WITHOUT
-from vsctrl.study.measured import Measured
-from vsctrl.study.treated import Remedies, Treated
+from vsctrl.study.compensation.results import Remedies, Treated
+from vsctrl.study.experiments.experiment import Measured
 
 ROW = 0.36  #: inches a remedy
 NAME = 34  #: letters in a line of a name

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, STYLE, WITH, WITHOUT
 from vsctrl.servo import Run
-from vsctrl.study.curves import Times
+from vsctrl.study.plot_data import Times
 
 
 def responses(data: Times) -> Figure:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, STYLE, WITH, WITHOUT, phase
-from vsctrl.study.curves import Frequency, Locus
+from vsctrl.study.plot_data import Frequency, Locus
 from vsctrl.study.stability import Stability
 
 

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo.control.belief import Belief
 from vsctrl.servo.control.depths import Depths, depths_of
-from vsctrl.servo.control.gain import Shaping
+from vsctrl.servo.control.gain_schedule import Shaping
 from vsctrl.servo.control.law import Command, Law
-from vsctrl.servo.control.plan import Plan
-from vsctrl.servo.control.pnp import pose_from_image
-from vsctrl.servo.control.predict import predictor_of
+from vsctrl.servo.control.nominal_camera import Belief
+from vsctrl.servo.control.prediction import predictor_of
+from vsctrl.servo.control.reference_image import Plan
+from vsctrl.servo.estimation.pose_from_image import pose_from_image
 from vsctrl.servo.pose import adjoint, inverse, log
 
 if TYPE_CHECKING:

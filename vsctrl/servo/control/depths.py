@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo.control.observer import DepthObserver
+from vsctrl.servo.estimation.depth_observer import DepthObserver
 from vsctrl.servo.pose import inverse
 
 if TYPE_CHECKING:
-    from vsctrl.servo.control.belief import Belief
     from vsctrl.servo.control.controller import Shown
-    from vsctrl.servo.control.plan import Plan
+    from vsctrl.servo.control.nominal_camera import Belief
+    from vsctrl.servo.control.reference_image import Plan
     from vsctrl.servo.scenario import Scenario
 
 Array = NDArray[np.float64]

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.camera.camera import Camera
+from vsctrl.servo.camera.target import Target
 from vsctrl.servo.feasibility.joints import JointPath
 from vsctrl.servo.feasibility.limits import Limits
 from vsctrl.servo.motion.trajectory import Trajectory
-from vsctrl.servo.plant.camera import Camera
-from vsctrl.servo.plant.robot import FreeCamera, Gantry, Robot
-from vsctrl.servo.plant.target import Target
+from vsctrl.servo.robot.gantry import FreeCamera, Gantry, Robot
 
 Array = NDArray[np.float64]
 Kind = Literal["speed", "acceleration", "geometry"]

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.camera.camera import Camera
+from vsctrl.servo.camera.target import Target
 from vsctrl.servo.feasibility.demands import Demands, Kind, Row
 from vsctrl.servo.feasibility.limits import Limits
 from vsctrl.servo.feasibility.peaks import Peaks, above, peaks
 from vsctrl.servo.motion.trajectory import Trajectory
-from vsctrl.servo.plant.camera import Camera
-from vsctrl.servo.plant.robot import FreeCamera, Robot
-from vsctrl.servo.plant.target import Target
+from vsctrl.servo.robot.gantry import FreeCamera, Robot
 
 Array = NDArray[np.float64]
 Intervals = tuple[tuple[float, float], ...]

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.errors import InputError
 from vsctrl.servo.motion.trajectory import Trajectory, times
-from vsctrl.servo.plant.robot import ALIGNED, Gantry
+from vsctrl.servo.robot.gantry import ALIGNED, Gantry
 
 Array = NDArray[np.float64]
 

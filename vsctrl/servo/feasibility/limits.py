@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, fields
 
 from vsctrl.errors import InputError
-from vsctrl.servo.plant.camera import NEAREST
+from vsctrl.servo.camera.camera import NEAREST
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
-from vsctrl.servo.control.measures import measures
+from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.faults import SEEN
-from vsctrl.servo.plant.camera import Camera
+from vsctrl.servo.features.feature_sets import measures
 from vsctrl.servo.results.columns import COLUMNS, Column, sizes
 from vsctrl.servo.results.run import Event, Kind, Run, Status
 from vsctrl.servo.scenario import Scenario, toml

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
-from vsctrl.servo.plant.robot import Gantry
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.run import Event, Run, Status
+from vsctrl.servo.robot.gantry import Gantry
 
 Array = NDArray[np.float64]
 

@@ -167,8 +167,8 @@ class Run:
 
     def _repr_html_(self) -> str:
         """A small table of the run's end and a picture of its course, for notebooks."""
+        from vsctrl.servo.results.notebook_svg import sketch
         from vsctrl.servo.results.outcome import number
-        from vsctrl.servo.results.sketch import sketch
 
         rows = [
             ("scenario", f"{self.scenario.name} ({self.scenario.digest})"),

@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
-from vsctrl.servo.clock import WHOLE, delays
-from vsctrl.servo.control.plan import Plan
+from vsctrl.servo.camera.camera import NEAREST, Camera
+from vsctrl.servo.camera.sensor import Eye
+from vsctrl.servo.control.reference_image import Plan
 from vsctrl.servo.motion.trajectory import Trajectory
-from vsctrl.servo.plant.camera import NEAREST, Camera
-from vsctrl.servo.plant.vision import Eye
 from vsctrl.servo.pose import exp
+from vsctrl.servo.timing import WHOLE, delays
 
 if TYPE_CHECKING:
-    from vsctrl.servo.scenario.whole import Scenario
+    from vsctrl.servo.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
 Problem = tuple[str, str]

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vsctrl.servo.control.measures import MEASURES
-from vsctrl.servo.plant.robot import Gantry
+from vsctrl.servo.features.feature_sets import MEASURES
+from vsctrl.servo.robot.gantry import Gantry
 from vsctrl.servo.scenario.checks import Problem
 
 if TYPE_CHECKING:
-    from vsctrl.servo.scenario.whole import Scenario
+    from vsctrl.servo.scenario.scenario import Scenario
 
 
 def contradictions(scenario: "Scenario") -> Iterator[Problem]:

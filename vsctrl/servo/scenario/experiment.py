@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self, get_args
 from pydantic import BeforeValidator, Field, model_validator
 
 from vsctrl.servo.control.law import Interaction
-from vsctrl.servo.control.measures import MEASURES
+from vsctrl.servo.features.feature_sets import MEASURES
 from vsctrl.servo.scenario import fields
 from vsctrl.servo.scenario.tables import Table
 from vsctrl.servo.scenario.types import (

@@ -1,0 +1,1 @@
+"""The catalogue of visual features, each declared and derived."""

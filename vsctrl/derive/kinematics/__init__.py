@@ -1,0 +1,1 @@
+"""Rigid motion, and the interaction matrix by the chain rule."""

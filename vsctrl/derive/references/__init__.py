@@ -1,0 +1,1 @@
+"""References s*(t) and their derivatives for any motion."""

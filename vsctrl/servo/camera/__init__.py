@@ -1,0 +1,1 @@
+"""The camera: projection, lens, the target that it sees, and how it measures."""

@@ -1,0 +1,1 @@
+"""Estimators: pose and depth from images, filtered image points."""

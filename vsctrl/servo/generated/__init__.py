@@ -1,0 +1,1 @@
+"""Source that `vsctrl.derive.emit` prints; a test holds it to the derivation."""

@@ -1,1 +1,0 @@
-"""What nature does: the lens, the target, the robot that carries the camera."""

@@ -1,0 +1,1 @@
+"""Robots that carry the camera: a free one, lagging axes, a gantry with joints."""

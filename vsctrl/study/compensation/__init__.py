@@ -1,0 +1,1 @@
+"""What compensates a latency: each compensator by theory and in the simulator."""

@@ -1,0 +1,1 @@
+"""Theory measured in the simulator: limits, modes, the matrix law, frequency responses."""

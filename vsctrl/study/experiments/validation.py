@@ -1,0 +1,96 @@
+"""Every experiment that holds theory and simulator to each other, in one value and one table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from html import escape
+from typing import TypeVar
+
+from vsctrl.errors import InputError
+from vsctrl.servo import Scenario
+from vsctrl.study.experiments.dominant_mode import DecayModes, decay_modes
+from vsctrl.study.experiments.frequency_response import SineResponse, sine_response
+from vsctrl.study.experiments.matrix_law import MatrixLaw, matrix_law
+from vsctrl.study.experiments.stability_limit import StabilityEdge, stability_edge
+from vsctrl.study.modes import latency
+from vsctrl.study.tracking.comparison import Comparison, validate
+
+P = TypeVar("P")
+Part = Comparison | StabilityEdge | DecayModes | MatrixLaw | SineResponse
+
+
+@dataclass(frozen=True)
+class Validation:
+    """What was compared, and in `left_out` why something was not, by its name."""
+
+    scenario: Scenario
+    edge: StabilityEdge
+    decay: DecayModes
+    ramp: Comparison | None = None
+    matrix: MatrixLaw | None = None
+    sine: SineResponse | None = None
+    left_out: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """The experiments that there are, in the order of the table."""
+        found = (self.ramp, self.edge, self.decay, self.matrix, self.sine)
+        return tuple(part for part in found if part is not None)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether nothing disagrees."""
+        return all(part.agrees is not False for part in self.parts)
+
+    def __repr__(self) -> str:
+        """The table, which is what somebody at a prompt wants to see."""
+        return str(self)
+
+    def __str__(self) -> str:
+        missing = [f"{name} left out: {why}" for name, why in self.left_out.items()]
+        return "\n\n".join([*map(str, self.parts), *missing, self._verdict])
+
+    def _repr_html_(self) -> str:
+        missing = [f"{name} left out: {why}" for name, why in self.left_out.items()]
+        words = [f"<p>{escape(text)}</p>" for text in (*missing, self._verdict)]
+        return "".join([*(part._repr_html_() for part in self.parts), *words])
+
+    @property
+    def _verdict(self) -> str:
+        rows = [row for part in self.parts for row in part.rows if row.agrees is not None]
+        wrong = sum(not row.agrees for row in rows)
+        return f"{len(rows) - wrong} of {len(rows)} rows agree." + " SOME DO NOT." * bool(wrong)
+
+
+def validate_all(
+    scenario: Scenario, progress: Callable[[str], None] = lambda step: None
+) -> Validation:
+    """The ramp, the stability limit, decay, the matrix law and a Bode plot, theory and simulation.
+
+    They are `validate`, `stability_edge`, `decay_modes`, `matrix_law` and `sine_response`, from the
+    scenario's start, before its target, with its law and its vision. What a scenario has no answer
+    to, such as a steady lag at an unstable gain, is left out, with the reason. `progress` is told
+    each step as it begins.
+    Errors: `InputError` where the latency is no whole number of frames, or the target does not tell
+    all motions apart.
+    """
+    left_out: dict[str, str] = {}
+
+    def attempt(name: str, make: Callable[[Scenario], P]) -> P | None:
+        progress(name)
+        try:
+            return make(scenario)
+        except InputError as error:
+            left_out[name] = str(error)
+            return None
+
+    latency(scenario)
+    ramp = attempt("ramp", validate)
+    progress("stability limit")
+    edge = stability_edge(scenario)
+    progress("decay")
+    rates = decay_modes(scenario)
+    matrix = attempt("matrix law", matrix_law)
+    sine = attempt("sine", sine_response)
+    return Validation(scenario, edge, rates, ramp, matrix, sine, left_out)

@@ -1,0 +1,1 @@
+"""The tracking error of a scenario, predicted and simulated."""
