@@ -20,14 +20,14 @@ LONGEST = 60  #: characters of a value in a sentence
 
 
 def quoted(value: object) -> str:
-    """The value as it is typed, on one line, without its end where it would fill the screen."""
+    """The value as it is typed, on one line, without its middle where it would fill the screen."""
     if isinstance(value, np.generic):
         value = value.item()
     try:
         text = " ".join(repr(value).split())
     except ValueError:  # an integer with more digits than Python prints
         return "a number of thousands of digits"
-    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "…"
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 15]} … {text[-12:]}"
 
 
 def unusable(name: str, value: object, remedy: str) -> InputError:
