@@ -47,8 +47,8 @@ def _of(
 
     made.__doc__ = summary
     signature = inspect.signature(make)
-    left = [p for name, p in signature.parameters.items() if name not in fixed]
-    made.__signature__ = signature.replace(parameters=left)  # type: ignore[attr-defined]
+    free = [p for name, p in signature.parameters.items() if name not in fixed]
+    made.__signature__ = signature.replace(parameters=free)  # type: ignore[attr-defined]
     return made
 
 

@@ -4,7 +4,7 @@ The module exists so that a bad value ends in a sentence and never inside SymPy.
 from the values is left to the other modules.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, TypeAlias
 
@@ -64,6 +64,11 @@ def decimals(expression: Expr) -> Expr:
 
 def _decimal(value: Float) -> Rational:
     return Rational(repr(float(value)) if value._prec <= DOUBLE else str(value))
+
+
+def symbols_in(expressions: Iterable[Expr]) -> tuple[Symbol, ...]:
+    """The symbols of some expressions, each once, in their order and by name within one."""
+    return tuple(dict.fromkeys(s for e in expressions for s in sorted(e.free_symbols, key=str)))
 
 
 def vector(name: str, value: Vector) -> ImmutableMatrix:

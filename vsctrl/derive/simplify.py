@@ -62,11 +62,11 @@ def _reduced(entry: Expr, pairs: _Pairs) -> Expr:
 
 
 def _folded(whole: Expr, pairs: _Pairs) -> Expr:
-    """The expanded sum of monomials with left² = 1 − kept²."""
-    for kept, left in pairs:
+    """The expanded sum of monomials with removed² = 1 − kept²."""
+    for kept, removed in pairs:
         whole = whole.replace(
-            lambda e, left=left: e.is_Pow and e.base == left and e.exp.is_Integer and e.exp > 1,
-            lambda e, kept=kept, left=left: (1 - kept**2) ** (e.exp // 2) * left ** (e.exp % 2),
+            lambda e, r=removed: e.is_Pow and e.base == r and e.exp.is_Integer and e.exp > 1,
+            lambda e, k=kept, r=removed: (1 - k**2) ** (e.exp // 2) * r ** (e.exp % 2),
         )
     return expand(whole)
 

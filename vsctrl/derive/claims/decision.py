@@ -68,11 +68,11 @@ def decide(facts: Facts, at: Mapping[Any, Any] | None = None) -> Decision:
     """
     still_open = ""
     for fact in _each(facts):
-        found = _decide(fact, dict(at or {}))
-        if found.zero is False:
-            return found
-        if found.zero is None:
-            still_open = still_open or found.shown
+        decision = _decide(fact, dict(at or {}))
+        if decision.zero is False:
+            return decision
+        if decision.zero is None:
+            still_open = still_open or decision.shown
     return Decision(None, still_open) if still_open else Decision(True, "0")
 
 
@@ -124,7 +124,7 @@ def _each(facts: Facts) -> Iterator[Any]:
         yield sympify(facts, strict=True)
 
 
-def _decide(fact: Any, at: dict[Any, Any]) -> Decision:
+def _decide(fact: Any, proposed: dict[Any, Any]) -> Decision:
     truth = fact.doit() if isinstance(fact, Relational) else fact
     if isinstance(truth, BooleanTrue):
         return Decision(True, "true")
@@ -133,7 +133,7 @@ def _decide(fact: Any, at: dict[Any, Any]) -> Decision:
     if isinstance(truth, Expr):
         truth = expand(truth)
     # A place is tried before more algebra: it costs little, and what fails is often large.
-    refuted = _refute(truth, at, 0)
+    refuted = _refute(truth, proposed, 0)
     if refuted is not None:
         return refuted
     residual = truth if isinstance(truth, Boolean) else normal(truth)
@@ -142,14 +142,14 @@ def _decide(fact: Any, at: dict[Any, Any]) -> Decision:
     if residual is nan:
         return Decision(False, "0/0")
     still_open = Decision(None, f"{text(residual)} is neither proved nor refuted")
-    return _refute(residual, at, 1) or still_open
+    return _refute(residual, proposed, 1) or still_open
 
 
-def _refute(residual: Any, at: Mapping[Any, Any], shift: int) -> Decision | None:
+def _refute(residual: Any, proposed: Mapping[Any, Any], shift: int) -> Decision | None:
     if residual.atoms(AppliedUndef, Derivative):
         return None  # it has no value at a place
-    place = _place(residual, at, shift)
-    value = _at(residual, place)
+    place = _place(residual, proposed, shift)
+    value = _nonzero_value(residual, place)
     return None if value is None else Decision(False, _failure(residual, place, value))
 
 
@@ -161,14 +161,14 @@ def _numbers(fact: Any) -> str:
     return f"{left} {fact.rel_op} {right}".replace("!=", "≠").replace("==", "=")
 
 
-def _place(residual: Any, at: Mapping[Any, Any], shift: int) -> dict[Any, Any]:
+def _place(residual: Any, proposed: Mapping[Any, Any], shift: int) -> dict[Any, Any]:
     """A value for each symbol: the proposed one, or a number of its own."""
     free = sorted(residual.free_symbols, key=lambda s: (s.name, default_sort_key(s)))
     numbers = dict(zip(free, _PLACES[shift:] + _PLACES[:shift], strict=False))
-    return {symbol: at.get(symbol, _AXIS.get(symbol, numbers.get(symbol))) for symbol in free}
+    return {symbol: proposed.get(symbol, _AXIS.get(symbol, numbers.get(symbol))) for symbol in free}
 
 
-def _at(residual: Any, place: dict[Any, Any]) -> str | None:
+def _nonzero_value(residual: Any, place: dict[Any, Any]) -> str | None:
     """The residual there, where it is not zero for certain; None where that cannot be said."""
     # A 1×1 matrix commutes with every other.
     commuting = {s: Dummy(s.name) for s in residual.free_symbols if not s.is_commutative}

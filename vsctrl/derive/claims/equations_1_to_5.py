@@ -6,34 +6,13 @@ number of features.
 
 from functools import cache
 
-from sympy import (
-    Expr,
-    Function,
-    ImmutableMatrix,
-    Rational,
-    Symbol,
-    eye,
-    symbols,
-)
+from sympy import Expr, Function, ImmutableMatrix, Rational, Symbol, eye, symbols
 
 from vsctrl.derive.camera import PIXELS
-from vsctrl.derive.claims.claim import Claim, Evidence, claim
+from vsctrl.derive.claims.claim import Evidence, claim
 from vsctrl.derive.features.points import Point
 from vsctrl.derive.kinematics import interaction, motion
-from vsctrl.symbols import (
-    Omega_x,
-    Omega_y,
-    Omega_z,
-    V_x,
-    V_y,
-    V_z,
-    X,
-    Y,
-    t,
-    x,
-    y,
-    z,
-)
+from vsctrl.symbols import Omega_x, Omega_y, Omega_z, V_x, V_y, V_z, X, Y, t, x, y, z
 
 # Matrices of any size: C the combination of (4), L the interaction matrix, T the screw.
 C, L, T = symbols("C L T", commutative=False)
@@ -233,15 +212,3 @@ def eq_5() -> Evidence:
     rate, gap = symbols("dC/dt (s−s*)", commutative=False)
     difference = residual(varying) - varying.diff(t) * (signal - s_ref(t))
     return Evidence(printed=rate * gap, under=[difference.expand(), residual(C)])
-
-
-CLAIMS: tuple[Claim, ...] = (
-    eq_1,
-    target_velocity,
-    eq_2,
-    eq_3,
-    twist,
-    eq_4,
-    constant_c,
-    eq_5,
-)

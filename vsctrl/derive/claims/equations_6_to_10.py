@@ -1,24 +1,13 @@
 """Section 2, equations 6 to 10: from the exponential decrease to the control law.
 
 Names that do not commute stand for matrices of any size. Here M = ∂e/∂r, which is L̂⁺ L for the
-C = L̂⁺ of the paper. The loop of figure 1 is left to ``figure1``.
+C = L̂⁺ of the paper. The loop of figure 1 is left to ``figure_1``.
 """
 
-from sympy import (
-    Expr,
-    Function,
-    ImmutableMatrix,
-    Rational,
-    Symbol,
-    exp,
-    eye,
-    limit,
-    oo,
-    symbols,
-)
+from sympy import Expr, Function, ImmutableMatrix, Rational, Symbol, exp, eye, limit, oo, symbols
 
 from vsctrl.derive.camera import PIXELS
-from vsctrl.derive.claims.claim import Claim, Evidence, claim
+from vsctrl.derive.claims.claim import Evidence, claim
 from vsctrl.derive.claims.equations_1_to_5 import composed, four_points, s_ref
 from vsctrl.derive.features.points import Point
 from vsctrl.derive.kinematics import interaction
@@ -210,16 +199,3 @@ def ensured() -> Evidence:
         under=[lag, (rate + lam * xi).subs(M, 1).expand()],
         at={M: Rational(1, 2)},
     )
-
-
-CLAIMS: tuple[Claim, ...] = (
-    eq_6,
-    derivative_of_e,
-    eq_7,
-    identity,
-    eq_8,
-    eq_9,
-    motionless,
-    eq_10,
-    ensured,
-)

@@ -1,6 +1,6 @@
 """What a camera sees of a line, an ellipse, a circle and a sphere in space, as features.
 
-References along a motion need s as a function of points and directions, which ``contours`` does
+References along a motion need s as a function of points and directions, which ``curves`` does
 not know. Every closed curve here is seen as a dual conic, the matrix D with nᵀ D n = 0 for the
 lines nᵀ(X, Y, 1) = 0 that touch it, since D is of second degree in the coordinates and the conic
 itself of fourth.
@@ -28,7 +28,7 @@ _P, _D, _E, _N = (
 class Outline(Feature):
     """A feature with L as the chain rule leaves it: multiplied out it is long, and slow to find.
 
-    The short form is that of ``contours``, in the shape itself.
+    The short form is that of ``curves``, in the shape itself.
     """
 
     @cached_property
@@ -38,7 +38,7 @@ class Outline(Feature):
 
 
 def SeenLine(camera: Camera = NORMALISED) -> Outline:
-    """``contours.Line`` of the line through the point p (m) with direction d, of any length.
+    """``curves.Line`` of the line through the point p (m) with direction d, of any length.
 
     Its normal n = p × d in the image is n_x X + n_y Y + n_z = 0, so that θ = atan2(n_y, n_x) and
     ρ = −n_z/√(n_x² + n_y²). Turning d round gives (−ρ, θ ± π). Arguments: p, d, the camera's.
@@ -58,7 +58,7 @@ def SeenLine(camera: Camera = NORMALISED) -> Outline:
 
 
 def SeenEllipse(camera: Camera = NORMALISED) -> Outline:
-    """``contours.Ellipse`` of the ellipse p + d cos φ + e sin φ in space, everything in m.
+    """``curves.Ellipse`` of the ellipse p + d cos φ + e sin φ in space, everything in m.
 
     d and e are conjugate half axes; perpendicular ones of one length make it a circle. The normal
     of its plane is d × e. D = d dᵀ + e eᵀ − p pᵀ. Arguments: p, d, e, the camera's. Singular where
@@ -70,7 +70,7 @@ def SeenEllipse(camera: Camera = NORMALISED) -> Outline:
 
 
 def SeenCircle(camera: Camera = NORMALISED) -> Outline:
-    """``contours.Ellipse`` of the circle of radius R about p (m) with the unit normal n.
+    """``curves.Ellipse`` of the circle of radius R about p (m) with the unit normal n.
 
     D = R² (I − n nᵀ) − p pᵀ. Arguments: p, n, R, the camera's. Singular and errors as
     ``SeenEllipse``.
@@ -80,7 +80,7 @@ def SeenCircle(camera: Camera = NORMALISED) -> Outline:
 
 
 def SeenSphere(camera: Camera = NORMALISED) -> Outline:
-    """``contours.Ellipse`` of the sphere of radius R about p (m), through any camera.
+    """``curves.Ellipse`` of the sphere of radius R about p (m), through any camera.
 
     D = R² I − p pᵀ. Arguments: p, R, the camera's; ``points.Sphere`` is the same s with L in the
     centre of the ellipse and z. Its outline is a circle in ``sphere_plane``.
@@ -92,7 +92,7 @@ def SeenSphere(camera: Camera = NORMALISED) -> Outline:
 def sphere_plane() -> Plane:
     """(A, B, C) = p/(|p|² − R²) of the plane with the outline of a sphere, where p · q = |p|² − R².
 
-    With it ``contours.Ellipse`` holds for a sphere too: the outline slides over the sphere, but
+    With it ``curves.Ellipse`` holds for a sphere too: the outline slides over the sphere, but
     only along the rays that touch it, which the image does not show.
     """
     a, b, c = _P / (_P.dot(_P) - R**2)

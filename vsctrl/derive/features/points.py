@@ -6,17 +6,7 @@ coordinates unless a camera is given, e = s − s*, columns Vx Vy Vz Ωx Ωy Ωz
 
 from typing import Any
 
-from sympy import (
-    Expr,
-    S,
-    Symbol,
-    atan2,
-    cos,
-    log,
-    sin,
-    sqrt,
-    symbols,
-)
+from sympy import Expr, S, Symbol, atan2, cos, log, sin, sqrt, symbols
 
 from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.features.feature import Feature

@@ -2,7 +2,7 @@
 
 The module holds the kinematics that every derivation starts from, how a point and a direction move
 in the frame of a moving camera, and the chain rule over them. Features that are no functions of
-points bring their own derivation: see ``contours`` and ``moments``.
+points bring their own derivation: see ``curves`` and ``moments`` of ``features``.
 """
 
 from collections.abc import Iterable, Sequence
@@ -95,8 +95,8 @@ def undifferentiated(matrix: ImmutableMatrix) -> Expr | None:
 
     That of an undefined function, f(x), has no other form and may stay.
     """
-    left = matrix.atoms(Derivative, Subs, DiracDelta)
-    return min((e for e in left if not e.atoms(AppliedUndef)), key=str, default=None)
+    unevaluated = matrix.atoms(Derivative, Subs, DiracDelta)
+    return min((e for e in unevaluated if not e.atoms(AppliedUndef)), key=str, default=None)
 
 
 def point_velocity(p: Sequence[Expr]) -> ImmutableMatrix:

@@ -6,13 +6,7 @@ The module exists so that a pose is checked once to be one; what moves along it 
 
 from typing import Any
 
-from sympy import (
-    Derivative,
-    Dummy,
-    ImmutableMatrix,
-    Rational,
-    Symbol,
-)
+from sympy import Derivative, Dummy, ImmutableMatrix, Rational, Symbol
 from sympy.core.function import AppliedUndef
 
 from vsctrl.derive.inputs import scalar, vanishes
