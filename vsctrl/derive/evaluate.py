@@ -1,8 +1,7 @@
 """Numbers out of a derived interaction matrix, for one place or for millions.
 
-The module exists so that nobody has to carry source code about to see what L is somewhere. Each
-feature is compiled once; a batch goes through the processor's cache in pieces, and what cannot be
-computed ends in a sentence that says where.
+Each feature is compiled once. A batch is computed in pieces that stay in the processor's cache, and
+what cannot be computed ends in a sentence that says where.
 """
 
 from collections.abc import Callable, Mapping, Sequence

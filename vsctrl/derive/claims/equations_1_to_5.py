@@ -153,6 +153,13 @@ def four_points() -> ImmutableMatrix:
     return ImmutableMatrix.vstack(*rows)
 
 
+@cache
+def left_inverse() -> ImmutableMatrix:
+    """L⁺ = (LᵀL)⁻¹Lᵀ, 6×8, of these four points."""
+    full = four_points()
+    return (full.T * full).inv() * full.T
+
+
 @claim(
     "(4)",
     "2",
@@ -166,7 +173,7 @@ def eq_4() -> Evidence:
     """With C = L⁺ of the four LEDs, 6×8, there are errors δ ≠ 0 with C δ = 0: the task is done
     and the image is not s*. Where s − s* = L ξ for some twist ξ, C gives back ξ exactly."""
     matrix = four_points()
-    combination = (matrix.T * matrix).inv() * matrix.T
+    combination = left_inverse()
     missed = matrix.T.nullspace()[0]
     xi = ImmutableMatrix(symbols("xi_1:7"))
     return Evidence(printed=missed, under=[combination * missed, combination * (matrix * xi) - xi])

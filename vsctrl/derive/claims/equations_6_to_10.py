@@ -8,7 +8,7 @@ from sympy import Expr, Function, ImmutableMatrix, Rational, Symbol, exp, eye, l
 
 from vsctrl.derive.camera import PIXELS
 from vsctrl.derive.claims.claim import Evidence, claim
-from vsctrl.derive.claims.equations_1_to_5 import composed, four_points, s_ref
+from vsctrl.derive.claims.equations_1_to_5 import composed, four_points, left_inverse, s_ref
 from vsctrl.derive.features.points import Point
 from vsctrl.derive.kinematics import interaction
 from vsctrl.symbols import lam, t, z
@@ -88,11 +88,10 @@ def identity() -> Evidence:
     believed = true.subs(z, rho * z)
     diagonal = ImmutableMatrix.diag(*[rho] * 3, 1, 1, 1)
     factored = (true - believed * diagonal).expand()
-    full = four_points()
-    pseudo = (full.T * full).inv() * full.T
+    recovered = left_inverse() * four_points()
     return Evidence(
         printed=diagonal - eye(6),
-        under=[factored, pseudo * full - eye(6), diagonal.subs(rho, 1) - eye(6)],
+        under=[factored, recovered - eye(6), diagonal.subs(rho, 1) - eye(6)],
     )
 
 

@@ -35,7 +35,7 @@ from vsctrl.symbols import ell, ell_hat, k_ff, kappa, lam, omega, s, t, tau, v
 # The slide of section 4.1: 4 cm/s, 80 ms late, λ = 0.1 per 40 ms sample.
 SLIDE = {v: Rational(4, 100), tau: Rational(8, 100), lam: Rational(5, 2), kappa: 1}
 _DELAY = exp(-tau * s)
-_q = Symbol("q", positive=True)  # any positive number, to write λ < 1/(2τ) as 1/(2τ + q)
+ABOVE_ZERO = Symbol("q", positive=True)  #: any number above 0, to write λ < 1/(2τ) as 1/(2τ + q)
 
 
 @cache
@@ -189,7 +189,7 @@ def efficiency() -> Evidence:
     that makes ℓ̂ less than half of ℓ makes the error larger."""
     with_term, without = (lag().subs({tau: 0, k_ff: k}) for k in (1, 0))
     ratio = simplify(with_term / without)
-    below_two = 2 / (1 + _q)
+    below_two = 2 / (1 + ABOVE_ZERO)
     return Evidence(
         printed=Lt(ratio**2, 1),
         under=[ratio - (1 - kappa), Gt(factor((1 - ratio**2).subs(kappa, below_two)), 0)],

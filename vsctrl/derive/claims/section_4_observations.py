@@ -23,10 +23,8 @@ from sympy import (
 )
 
 from vsctrl.derive.claims.claim import Evidence, claim
-from vsctrl.derive.claims.figure_1 import SLIDE, error_transfer, lag, transient
+from vsctrl.derive.claims.figure_1 import ABOVE_ZERO, SLIDE, error_transfer, lag, transient
 from vsctrl.symbols import k_ff, kappa, lam, omega, t, tau, v
-
-_q = Symbol("q", positive=True)  # any positive number, to write λ < 1/(2τ) as 1/(2τ + q)
 
 
 @claim(
@@ -47,7 +45,7 @@ def lower_amplitude() -> Evidence:
         printed=Gt(gain, 0),
         under=[
             gain - v**2 * (1 / lam - 2 * tau) / lam,
-            Gt(factor(gain.subs(lam, 1 / (2 * tau + _q))), 0),
+            Gt(factor(gain.subs(lam, 1 / (2 * tau + ABOVE_ZERO))), 0),
             measured,
         ],
         at={**SLIDE, lam: 10},

@@ -8,13 +8,13 @@ itself of fourth.
 
 from functools import cached_property
 
-from sympy import Expr, ImmutableMatrix, Symbol, atan2, diag, eye, sqrt, symbols
+from sympy import Expr, ImmutableMatrix, Symbol, atan2, eye, sqrt, symbols
 
 from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.features.feature import Feature
 from vsctrl.derive.features.planes import Plane
 from vsctrl.derive.kinematics.interaction import chain_rule
-from vsctrl.symbols import X, Y, d_x, d_y, d_z, x, y, z
+from vsctrl.symbols import d_x, d_y, d_z, x, y, z
 
 e_x, e_y, e_z = symbols("e_x e_y e_z", real=True)  #: second direction, m
 n_x, n_y, n_z = symbols("n_x n_y n_z", real=True)  #: unit normal of a plane
@@ -126,11 +126,8 @@ def _outline(
 def _matrix(camera: Camera) -> ImmutableMatrix:
     """K of (X, Y, 1) = K (x, y, 1). Errors: `InputError` for a lens that distorts."""
     checked_camera(camera).require_straight()
-    image = ImmutableMatrix([*camera.image(X, Y)])
-    linear = image.jacobian([X, Y])
-    return diag(linear, 1) + ImmutableMatrix(
-        3, 3, lambda i, j: image[i].subs({X: 0, Y: 0}) if j == 2 and i < 2 else 0
-    )
+    (f_x, f_y), (u_0, v_0) = camera.focal, camera.centre
+    return ImmutableMatrix([[f_x, camera.skew, u_0], [0, f_y, v_0], [0, 0, 1]])
 
 
 def _triple(vector: ImmutableMatrix) -> tuple[Expr, Expr, Expr]:

@@ -29,6 +29,8 @@ from vsctrl.symbols import Omega_x, Omega_y, Omega_z, V_x, V_y, V_z
 
 Coordinates = tuple[Symbol, Symbol, Symbol]
 
+_V, _OMEGA = ImmutableMatrix([V_x, V_y, V_z]), ImmutableMatrix([Omega_x, Omega_y, Omega_z])
+
 
 class VisualFeature(Protocol):
     """What has an interaction matrix, written in ``arguments``, which become those of its code."""
@@ -101,15 +103,9 @@ def undifferentiated(matrix: ImmutableMatrix) -> Expr | None:
 
 def point_velocity(p: Sequence[Expr]) -> ImmutableMatrix:
     """The 3×6 matrix [−I₃ | p̃] of p' = −V − Ω × p, which is linear in the twist (V, Ω)."""
-    V, Omega = _twist()
-    return (-V - skew(Omega) * ImmutableMatrix(p)).jacobian([*V, *Omega])
+    return (-_V - skew(_OMEGA) * ImmutableMatrix(p)).jacobian([*_V, *_OMEGA])
 
 
 def direction_velocity(d: Sequence[Expr]) -> ImmutableMatrix:
     """The 3×6 matrix [0 | d̃] of d' = −Ω × d, the difference of two points."""
-    V, Omega = _twist()
-    return (-skew(Omega) * ImmutableMatrix(d)).jacobian([*V, *Omega])
-
-
-def _twist() -> tuple[ImmutableMatrix, ImmutableMatrix]:
-    return ImmutableMatrix([V_x, V_y, V_z]), ImmutableMatrix([Omega_x, Omega_y, Omega_z])
+    return (-skew(_OMEGA) * ImmutableMatrix(d)).jacobian([*_V, *_OMEGA])

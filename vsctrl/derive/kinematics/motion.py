@@ -121,11 +121,9 @@ def point_motion(p: Vector, V: Vector, omega: Any, r: Vector, t: Any) -> Immutab
     Raises InputError for wrong shapes, an axis not of unit length, or a screw that depends on t.
     Source: eq. 12 and 14; eq. 16 for ω = 0.
     """
-    start, velocity, unit = vector("p", p), vector("V", V), axis(r)
-    speed, elapsed = scalar("omega", omega), scalar("t", t)
-    require_constant(elapsed, V=velocity, omega=ImmutableMatrix([speed]), r=unit)
+    start, velocity = vector("p", p), vector("V", V)
+    unit, speed, elapsed, angle = _turn(r, omega, t, V=velocity)
     drift = [c.subs({_omega: speed, _t: elapsed}) for c in _integral(not speed.is_zero)]
-    angle = S.Zero if speed.is_zero else speed * elapsed
     return _tidy(rotation(unit, angle) * start - _assemble(drift, unit) * velocity, angle)
 
 
@@ -135,10 +133,8 @@ def direction_motion(d: Vector, omega: Any, r: Vector, t: Any) -> ImmutableMatri
     d(t) = exp(−ω r̃ t) d: the difference of two points, which V moves alike. Units and errors as in
     ``point_motion``. Source: eq. 13.
     """
-    start, unit = vector("d", d), axis(r)
-    speed, elapsed = scalar("omega", omega), scalar("t", t)
-    require_constant(elapsed, omega=ImmutableMatrix([speed]), r=unit)
-    angle = S.Zero if speed.is_zero else speed * elapsed
+    start = vector("d", d)
+    unit, _, _, angle = _turn(r, omega, t)
     return _tidy(rotation(unit, angle) * start, angle)
 
 
@@ -150,12 +146,19 @@ def rotation_about(p: Vector, d: Vector, omega: Any, r: Vector, t: Any) -> Immut
     p(t) = p + (−sin ωt r̃ + (1 − cos ωt) r̃²)(p − d). Units and errors as in ``point_motion``.
     Source: eq. 17.
     """
-    start, arm, unit = vector("p", p), vector("d", d), axis(r)
-    speed, elapsed = scalar("omega", omega), scalar("t", t)
-    require_constant(elapsed, d=arm, omega=ImmutableMatrix([speed]), r=unit)
-    angle = S.Zero if speed.is_zero else speed * elapsed
+    start, arm = vector("p", p), vector("d", d)
+    unit, speed, elapsed, angle = _turn(r, omega, t, d=arm)
     arc = _assemble([c.subs({_omega: speed, _t: elapsed}) for c in _arc()], unit)
     return _tidy(rotation(unit, angle) * start + arc * arm, angle)
+
+
+def _turn(
+    r: Vector, omega: Any, t: Any, **constants: ImmutableMatrix
+) -> tuple[ImmutableMatrix, Expr, Expr, Expr]:
+    """Axis, speed, time and angle of a turn; these and other ``constants`` hold no time."""
+    unit, speed, elapsed = axis(r), scalar("omega", omega), scalar("t", t)
+    require_constant(elapsed, **constants, omega=ImmutableMatrix([speed]), r=unit)
+    return unit, speed, elapsed, S.Zero if speed.is_zero else speed * elapsed
 
 
 def _tidy(matrix: ImmutableMatrix, angle: Expr) -> ImmutableMatrix:
