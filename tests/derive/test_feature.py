@@ -88,7 +88,6 @@ def test_what_is_not_a_feature_ends_in_a_sentence(arguments, sentence):
         Feature(*arguments)
 
 
-P = ((x, y, z),)
 SMOOTH_OFF_A_KINK = [
     Feature("distance", (Abs(x / z) + Abs(y / z),), P),
     Feature("furthest", (Max(x, y) / z, Min(x, 2 * y) * z), P),
