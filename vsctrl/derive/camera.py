@@ -64,7 +64,7 @@ class Camera:
         return (u - u_0 - self.skew * y_n) / f_x, y_n
 
     def require_straight(self) -> None:
-        """Raise a sentence where the lens bends straight lines."""
+        """Refuse a lens that bends straight lines. Errors: `InputError`."""
         if any(not k.is_zero for k in self.distortion):
             raise InputError(
                 "This feature needs a camera that maps lines to lines; undistort the image first, "

@@ -27,7 +27,7 @@ _UNIT_TOLERANCE = 1e-12
 def scalar(name: str, value: Any) -> sp.Expr:
     """``value`` as a finite SymPy expression; text is refused, never parsed.
 
-    Raises InputError for anything that is not a finite number or a SymPy expression.
+    Errors: `InputError` for anything that is not a finite number or a SymPy expression.
     """
     try:
         expression = sp.sympify(value, strict=True)
@@ -61,7 +61,7 @@ def symbols_in(expressions: Iterable[sp.Expr]) -> tuple[sp.Symbol, ...]:
 def vector(name: str, value: Vector) -> sp.ImmutableMatrix:
     """``value`` as a 3×1 column.
 
-    Raises InputError when it has not three entries, or an entry is neither number nor expression.
+    Errors: `InputError` unless it has three entries that are numbers or expressions.
     """
     entries: list[Any] = []
     if not isinstance(value, str):
@@ -75,7 +75,7 @@ def vector(name: str, value: Vector) -> sp.ImmutableMatrix:
 def axis(r: Vector) -> sp.ImmutableMatrix:
     """``r`` as a 3×1 unit column; a length that depends on symbols is taken as 1.
 
-    Raises InputError when the length is a number other than 1.
+    Errors: `InputError` when the length is a number other than 1.
     """
     column = vector("r", r)
     square = sp.simplify(column.dot(column))

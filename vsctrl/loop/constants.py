@@ -1,7 +1,7 @@
-"""What a loop owes its parameters: error constants of the opened loop, sensitivities of the error.
+"""Error constants of an opened loop, and sensitivities of the steady error to its parameters.
 
-The classic constants K_p, K_v and K_a say what an open loop promises; the sensitivities say which
-parameter has to be known well for the promise to be kept.
+The classic constants K_p, K_v and K_a give the steady error that the parameters as known lead to;
+the sensitivities tell which of these have to be known well.
 """
 
 from dataclasses import dataclass

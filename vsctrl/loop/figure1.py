@@ -38,7 +38,7 @@ def diagram(placement: Placement = "measurement") -> Diagram:
 
 
 def check_placement(placement: str) -> None:
-    """Raise a sentence for a placement that is none."""
+    """Refuse a placement that is none. Errors: `InputError`."""
     if placement not in get_args(Placement):
         raise InputError(
             f"placement: {placement!r} is unknown{nearest(placement, get_args(Placement))}; "

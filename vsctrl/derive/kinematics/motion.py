@@ -42,7 +42,7 @@ _tau = Dummy("tau", positive=True)
 def skew(r: Vector) -> ImmutableMatrix:
     """The 3×3 matrix r̃ of the cross product, r̃ p = r × p, for any vector r.
 
-    Raises InputError when r has not three entries. Source: definition under eq. 11.
+    Errors: `InputError` when r has not three entries. Source: definition under eq. 11.
     """
     # Column j of r̃ is r × e_j.
     column = vector("r", r)
@@ -105,7 +105,7 @@ def rotation(r: Vector, theta: Any) -> ImmutableMatrix:
     """The 3×3 matrix exp(−θ r̃) = I − sin θ r̃ + (1 − cos θ) r̃² of eq. 13, θ in rad.
 
     It takes the coordinates of a fixed point into a camera frame that has turned by θ about the
-    unit axis r. Raises InputError for an axis that is not of unit length. Source: eq. 13.
+    unit axis r. Errors: `InputError` for an axis that is not of unit length. Source: eq. 13.
     """
     angle = scalar("theta", theta)
     turned = _assemble([c.subs(_theta, angle) for c in _exponential()], axis(r))
@@ -118,7 +118,7 @@ def point_motion(p: Vector, V: Vector, omega: Any, r: Vector, t: Any) -> Immutab
     p (m) are the coordinates at t₀, V (m/s) and ω r (rad/s) the camera's velocities in its own
     frame, r a unit axis, t (s) the time elapsed since t₀:
     p(t) = exp(−ω r̃ t) p − exp(−ω r̃ t) ∫₀ᵗ exp(ω r̃ τ) dτ V; for ω = 0 it is p − V t exactly.
-    Raises InputError for wrong shapes, an axis not of unit length, or a screw that depends on t.
+    Errors: `InputError` for wrong shapes, an axis not of unit length, or a screw that depends on t.
     Source: eq. 12 and 14; eq. 16 for ω = 0.
     """
     start, velocity = vector("p", p), vector("V", V)
@@ -167,7 +167,7 @@ def _tidy(matrix: ImmutableMatrix, angle: Expr) -> ImmutableMatrix:
 
 
 def require_constant(t: Expr, **constants: ImmutableMatrix) -> None:
-    """Raise InputError when the screw depends on the time: eq. 14 solves for a constant one."""
+    """Refuse a screw that depends on the time, as eq. 14 is for a constant one."""
     for name, value in constants.items():
         shared = value.free_symbols & t.free_symbols
         if shared:
