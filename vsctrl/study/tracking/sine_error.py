@@ -30,9 +30,8 @@ from vsctrl.study.tracking.steady_lag import ABSOLUTE, PADE_ORDER, RELATIVE
 from vsctrl.symbols import T_s, d, ell, k_ff, kappa, lam, omega, s, tau
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from vsctrl.diagram.system import System
+    from vsctrl.symbols import Expr
 
 Array = NDArray[np.float64]
 
@@ -58,7 +57,7 @@ class Wave:
     feedforward: bool
     delay: float  #: s
     placement: loop.Placement
-    formula: sp.Expr
+    formula: Expr
     analytic: complex | None
     pade: complex | None
     exact: complex | None
@@ -182,7 +181,7 @@ def _allowed(
     return max(RELATIVE * size, ABSOLUTE), reason
 
 
-def _formula(case: Case) -> sp.Expr:
+def _formula(case: Case) -> Expr:
     """E/S*(jω) with what is 0 or 1 in this case put in."""
     known: dict[str, Any] = {} if case.delay else {"tau": 0}
     known |= {"k_ff": int(case.k_ff)} if case.k_ff in (0.0, 1.0) else {}

@@ -23,9 +23,9 @@ from vsctrl.symbols import v
 
 if TYPE_CHECKING:
     import control
-    import sympy as sp
 
     from vsctrl.diagram.system import System
+    from vsctrl.symbols import Expr
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ class Row:
     feedforward: bool
     delay: float  #: s
     placement: loop.Placement
-    formula: sp.Expr
+    formula: Expr
     analytic: float | None
     pade: float | None
     exact: float | None
@@ -158,7 +158,7 @@ def ramp(case: Case) -> Course:
     return Course(Ramp(case.scenario.speed), horizon, horizon, note=note)
 
 
-def _formula(case: Case) -> sp.Expr:
+def _formula(case: Case) -> Expr:
     """The closed form for a ramp of slope v, what is 0 or 1 in this case put in."""
     known: dict[str, Any] = {} if case.delay else {"tau": 0}
     known |= {"k_ff": int(case.k_ff)} if case.k_ff in (0.0, 1.0) else {}
