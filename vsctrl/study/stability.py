@@ -18,7 +18,7 @@ from vsctrl import loop
 from vsctrl.diagram import Ramp, Step
 from vsctrl.servo import Scenario
 from vsctrl.servo.timing import whole
-from vsctrl.study.modes import critical_ratio, gain_limit
+from vsctrl.study.modes import critical_eigenvalue, gain_limit
 from vsctrl.study.tracking.cases import ratio_along_motion
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ class Stability:
 def stability(scenario: Scenario) -> Stability:
     """Margins and limits of figure 1 with a scenario's gain, latency and depth ratio."""
     law, period, tau = scenario.law, scenario.vision.period, scenario.vision.latency
-    kappa, along = abs(critical_ratio(scenario)), ratio_along_motion(scenario)
+    kappa, along = abs(critical_eigenvalue(scenario)), ratio_along_motion(scenario)
     system, motion = (
         loop.diagram(law.placement).at(lam=law.lam, k_ff=law.k_ff, ell=ratio, ell_hat=1.0, tau=tau)
         for ratio in (kappa, along)

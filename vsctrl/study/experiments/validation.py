@@ -13,7 +13,7 @@ from vsctrl.study.experiments.dominant_mode import DecayModes, decay_modes
 from vsctrl.study.experiments.frequency_response import SineResponse, sine_response
 from vsctrl.study.experiments.matrix_law import MatrixLaw, matrix_law
 from vsctrl.study.experiments.stability_limit import StabilityEdge, stability_edge
-from vsctrl.study.modes import latency
+from vsctrl.study.runs import latency
 from vsctrl.study.tracking.comparison import Comparison, validate
 
 P = TypeVar("P")

@@ -23,7 +23,7 @@ from vsctrl.diagram import Block, Diagram, Sine
 from vsctrl.servo import Run, Scenario
 from vsctrl.servo.motion.trajectory import Oscillation
 from vsctrl.servo.timing import whole
-from vsctrl.study.modes import settling
+from vsctrl.study.runs import settling
 from vsctrl.study.tracking.cases import Case, is_sideways
 from vsctrl.study.tracking.lag_history import held_twin
 from vsctrl.study.tracking.steady_lag import ABSOLUTE, PADE_ORDER, RELATIVE
