@@ -134,7 +134,9 @@ def loop(
     from vsctrl.loop.summary import summarise
 
     found = summarise(lam, tau, period=period, kappa=kappa, k_ff=float(feedforward))
-    click.echo(found.json() if as_json else str(found))
+    import json
+
+    click.echo(json.dumps(found.data(), indent=2, ensure_ascii=False) if as_json else str(found))
 
 
 @main.command()

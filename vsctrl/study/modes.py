@@ -26,7 +26,7 @@ ALIKE = 1e-9  #: relative, below which two eigenvalues or two depths are one
 
 
 class EigenDirection(NamedTuple):
-    """Directions in which figure 1 has one κ: name, κ, and a vector along one, (6,) in m and rad."""
+    """Directions in which figure 1 has one κ: name, κ, and one of them, (6,) in m and rad."""
 
     name: str
     eigenvalue: complex

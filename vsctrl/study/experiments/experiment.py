@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from html import escape
 from typing import ClassVar
 
+from vsctrl import tables
 from vsctrl.servo import Scenario
 
 Value = float | complex
@@ -48,8 +48,8 @@ class Measured:
         return self.disagreement <= self.allowed
 
 
-@dataclass(frozen=True)
-class Experiment:
+@dataclass(frozen=True, repr=False)
+class Experiment(tables.Printed):
     """The rows of one experiment, and whether all of them agree."""
 
     scenario: Scenario
@@ -76,29 +76,14 @@ class Experiment:
         """A disagreement or what is allowed of it, in the unit of the values shown."""
         return f"{value:.1e}" if math.isfinite(value) else "–"
 
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
-
     def __str__(self) -> str:
-        body = [self._cells(row) for row in self.rows]
-        table = [self._head(), *body]
-        widths = [max(len(line[column]) for line in table) for column in range(6)]
-        lines = []
-        for cells in table:
-            texts = [cells[0].ljust(widths[0])]
-            texts += [text.rjust(width) for text, width in zip(cells[1:6], widths[1:], strict=True)]
-            lines.append("  ".join([*texts, cells[6].ljust(8), cells[7]]).rstrip())
-        return "\n".join([self.title, *lines, *self._foot()])
+        lines = [self._head(), *map(self._cells, self.rows)]
+        form = tables.fitting(lines, "<>>>>>") + "  {:8}  {}"
+        return "\n".join([self.title, tables.text(lines, form), *self._foot()])
 
     def _repr_html_(self) -> str:
-        def line(tag: str, cells: list[str]) -> str:
-            return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
-
-        body = "".join(line("td", self._cells(row)) for row in self.rows)
-        caption = f"<caption>{escape(self.title)}</caption>"
-        foot = "".join(f"<p>{escape(text)}</p>" for text in self._foot())
-        return f"<table>{caption}{line('th', self._head())}{body}</table>{foot}"
+        rows = map(self._cells, self.rows)
+        return tables.html(rows, heads=self._head(), caption=self.title, remarks=self._foot())
 
     @property
     def _reason(self) -> str:

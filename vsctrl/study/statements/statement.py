@@ -10,8 +10,9 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from html import escape
 from typing import Literal
+
+from vsctrl import tables
 
 Verdict = Literal["confirmed", "depends", "refuted", "not checkable"]
 MEANINGS: dict[Verdict, str] = {
@@ -87,8 +88,8 @@ class Statement:
         return "\n".join([*lines, f"    {self.sentence}", f"    ({self.how})"])
 
 
-@dataclass(frozen=True)
-class Statements:
+@dataclass(frozen=True, repr=False)
+class Statements(tables.Printed):
     """All statements in the paper's order."""
 
     rows: tuple[Statement, ...]
@@ -120,23 +121,16 @@ class Statements:
         counts = [f"{number} {words[verdict]}" for verdict, number in self.counts.items() if number]
         return f"Of {len(self)} statements of the paper, " + ", ".join(counts) + "."
 
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
-
     def __str__(self) -> str:
         return "\n".join([*map(str, self.rows), self.summary])
 
     def _repr_html_(self) -> str:
-        titles = ("where", "the paper says", "cases", "verdict", "found")
-        body = "<tr>" + "".join(f"<th>{title}</th>" for title in titles) + "</tr>"
-        for row in self.rows:
-            cases = "<br>".join(escape(row.shown(case)) for case in row.cases)
-            texts = [row.where, row.says, None, row.verdict, row.sentence]
-            cells = [cases if text is None else escape(text) for text in texts]
-            body += "<tr style='vertical-align:top'>"
-            body += "".join(f"<td style='text-align:left'>{cell}</td>" for cell in cells) + "</tr>"
-        return f"<table><caption>{escape(self.summary)}</caption>{body}</table>"
+        heads = ("where", "the paper says", "cases", "verdict", "found")
+        rows = [
+            (row.where, row.says, "\n".join(map(row.shown, row.cases)), row.verdict, row.sentence)
+            for row in self.rows
+        ]
+        return tables.html(rows, heads=heads, caption=self.summary, left=len(heads), top=True)
 
 
 def shown(value: float, unit: str = "") -> str:

@@ -16,7 +16,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from html import escape
 from typing import TypeVar
 
 from vsctrl.errors import InputError
@@ -35,6 +34,7 @@ from vsctrl.study.tracking.steady_lag import (
     row,
 )
 from vsctrl.study.tracking.triangle import legs
+from vsctrl.tables import Tables, html, text
 
 __all__ = [
     "MOST_FRAMES",
@@ -57,8 +57,8 @@ WAVE = "error of the sine, mm ∠ degrees"
 HISTORY = "lag at every frame, mm"
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Tables):
     """Every case of a scenario, and whether all ways agree wherever there is something to compare.
 
     `rows`: the steady lag, of a constant twist or on the legs of a triangle; `waves`: amplitude
@@ -155,24 +155,12 @@ class Comparison:
         """What the table of every frame allows and why."""
         return _allowances(self.histories)
 
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
-
-    def __str__(self) -> str:
-        tables = [_text(table) for table in self._tables()]
-        return "\n\n".join([*tables, *self._notes()])
-
-    def _repr_html_(self) -> str:
-        notes = (f"<p>{escape(note)}</p>" for note in self._notes())
-        return "".join([*(_page(table) for table in self._tables()), *notes])
-
     @property
     def left_out(self) -> tuple[str, ...]:
         """Keys of the scenario that the cases are without (`Scenario.beyond_theory`), dotted."""
         return tuple(self.scenario.beyond_theory)
 
-    def _notes(self) -> list[str]:
+    def _words(self) -> list[str]:
         """What is said below the tables."""
         notes = [self.note] if self.note else []
         if self.left_out and self._tables():
@@ -217,7 +205,19 @@ class _Table:
     heads: list[str]
     body: list[list[str]]
     width: int
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[str, ...]
+
+    def __str__(self) -> str:
+        first = max(44, *(len(cells[0]) + 1 for cells in self.body))
+        form = f"{{:{first}}}" + f"{{:>{self.width}}}" * len(self.heads) + "  {}"
+        return "\n".join([text([[self.title, *self.heads], *self.body], form), *self.remarks])
+
+    def _repr_html_(self) -> str:
+        rows = [
+            [*cells, mark.replace("DISAGREE", "disagree").strip()] for *cells, mark in self.body
+        ]
+        heads = ("case", *self.heads, "")
+        return html(rows, heads=heads, caption=self.title, remarks=self.remarks)
 
 
 def _allowances(every: Sequence[Wave] | Sequence[History]) -> tuple[str, ...]:
@@ -318,22 +318,3 @@ def _history_cells(found: History) -> list[str]:
 
 def _mark(agrees: bool | None, note: str) -> str:
     return {True: "agree ", False: "DISAGREE ", None: ""}[agrees] + note
-
-
-def _text(table: _Table) -> str:
-    first = max(44, *(len(cells[0]) + 1 for cells in table.body))
-    lines = [f"{table.title:{first}}" + "".join(f"{h:>{table.width}}" for h in table.heads)]
-    for case, *numbers, mark in table.body:
-        cells = "".join(f"{number:>{table.width}}" for number in numbers)
-        lines.append(f"{case:{first}}{cells}  {mark}".rstrip())
-    return "\n".join([*lines, *table.remarks])
-
-
-def _page(table: _Table) -> str:
-    heads = ("case", *table.heads, "")
-    text = "<tr>" + "".join(f"<th>{escape(head)}</th>" for head in heads) + "</tr>"
-    for cells in table.body:
-        shown = [cell.replace("DISAGREE", "disagree").strip() for cell in cells]
-        text += "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in shown) + "</tr>"
-    words = "".join(f"<p>{escape(remark)}</p>" for remark in table.remarks)
-    return f"<table><caption>{escape(table.title)}</caption>{text}</table>{words}"
