@@ -11,9 +11,9 @@ from typing import Any
 
 import sympy as sp
 
+from vsctrl import checks as check
 from vsctrl.errors import InputError
 from vsctrl.loop import fractional_delay
-from vsctrl.loop import values as check
 from vsctrl.loop.figure1 import figure1
 from vsctrl.symbols import T_s, d, ell, ell_hat, kappa, lam, omega, s, tau
 from vsctrl.symbols import z_plane as z
@@ -107,7 +107,7 @@ def _value(
                 f"period = {period:g} s is not usable: a delay of {late:g} s would be over "
                 f"{MOST_PERIODS:g} of it; give a longer one."
             )
-        samples = check.whole_periods(late, period)
+        samples = _whole_periods(late, period)
         if samples is None:
             found = between(late / period) / (ratio * period)
             return found if check.is_symbolic(ratio) else float(found)
@@ -188,3 +188,9 @@ def _sampled_late_double_root() -> sp.Expr:
     gain = sp.solve(1 + pulse_transfer() * z**-d, lam)[0]
     at = sp.solve(sp.simplify(sp.diff(gain, z) / z ** (d - 1)), z)[0]
     return sp.simplify(gain.subs(z, at))
+
+
+def _whole_periods(late: float, period: float) -> int | None:
+    """A delay (s) in samples, or None where it is no whole number of periods."""
+    samples = round(late / period)
+    return samples if abs(late - samples * period) <= 1e-9 * period else None

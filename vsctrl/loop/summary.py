@@ -6,17 +6,19 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from vsctrl import loop, tables
+from vsctrl import checks as check
 from vsctrl.diagram import Ramp
 from vsctrl.errors import InputError
-from vsctrl.loop import values as check
-from vsctrl.tables import finite
+from vsctrl.loop.figure1 import Placement, figure1
+from vsctrl.loop.limits import fastest_gain, gain_limit
+from vsctrl.loop.tracking import tracking_error
+from vsctrl.tables import Printed, finite, text
 
 LEAST, MOST = 1e-30, 1e30  #: of a product that can still be multiplied and divided
 
 
 @dataclass(frozen=True, repr=False)
-class Summary(tables.Printed):
+class Summary(Printed):
     """Margins, limits (s⁻¹), rightmost roots (rad/s) and steady errors per unit of speed (s).
 
     None stands for a limit that nothing sets, or a steady error that an unstable loop has not.
@@ -64,12 +66,13 @@ class Summary(tables.Printed):
         for placement, error in self.error_per_speed.items():
             value = "–" if error is None else f"{1e3 * error:+.4g} mm at 1 m/s".replace("-", "−")
             rows[f"ramp error, {placement}"] = value
-        return f"{head}\n{tables.text(rows.items(), '{:28}{}')}"
+        return f"{head}\n{text(rows.items(), '{:28}{}')}"
 
     def _gains(self, continuous: float | None, sampled: float | None) -> str:
-        text = f"{_shown(continuous)} s⁻¹"
-        held = f", held over {1e3 * (self.period or 0):g} ms {_shown(sampled)}"
-        return text if self.period is None else text + held
+        limit = f"{_shown(continuous)} s⁻¹"
+        if self.period is None:
+            return limit
+        return f"{limit}, held over {1e3 * self.period:g} ms {_shown(sampled)}"
 
 
 def summarise(
@@ -87,17 +90,17 @@ def summarise(
     _check_sizes(lam, kappa, tau)
     if period is not None:
         check.positive("period", period)
-    limits = loop.gain_limit(tau, kappa=kappa), loop.fastest_gain(tau, kappa=kappa)
+    limits = gain_limit(tau, kappa=kappa), fastest_gain(tau, kappa=kappa)
     held: tuple[Any, Any] = (None, None)
     if period is not None:
         held = (
-            loop.gain_limit(tau, period=period, kappa=kappa),
-            loop.fastest_gain(tau, period=period, kappa=kappa),
+            gain_limit(tau, period=period, kappa=kappa),
+            fastest_gain(tau, period=period, kappa=kappa),
         )
-    system = loop.figure1.at(lam=lam, tau=tau, ell=kappa, ell_hat=1.0, k_ff=k_ff)
+    system = figure1.at(lam=lam, tau=tau, ell=kappa, ell_hat=1.0, k_ff=k_ff)
     margins = system.open("S_meas").margins()
     known = {"lam": lam, "tau": tau, "kappa": kappa, "k_ff": k_ff}
-    placements: tuple[loop.Placement, ...] = ("measurement", "aligned", "actuator")
+    placements: tuple[Placement, ...] = ("measurement", "aligned", "actuator")
     return Summary(
         lam=lam,
         tau=tau,
@@ -110,14 +113,14 @@ def summarise(
         phase_margin_rad=finite(margins.phase),
         delay_margin_s=finite(margins.delay),
         peak_sensitivity=margins.peak_sensitivity,
-        limit_continuous=finite(limits[0]),
+        limit_continuous=finite(float(limits[0])),
         limit_sampled=held[0],
         stable_as_sampled=None if period is None else lam < held[0],
-        fastest_continuous=finite(limits[1]),
+        fastest_continuous=finite(float(limits[1])),
         fastest_sampled=held[1],
         roots=tuple((root.real, root.imag) for root in system.poles(4)),
         error_per_speed={
-            placement: float(loop.tracking_error(Ramp(1.0), placement, **known))
+            placement: float(tracking_error(Ramp(1.0), placement, **known))
             if margins.stable and (period is None or lam < held[0])
             else None
             for placement in placements
