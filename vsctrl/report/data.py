@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from vsctrl.derive import ledger
 from vsctrl.report.verdict import Verdict
 from vsctrl.servo.results.outcome import outcome
-from vsctrl.study import Comparison, Examination, History, Row, Stability, Wave
+from vsctrl.study import Comparison, History, LoopReport, Row, Stability, Wave
 from vsctrl.study.statements import Statement, about
 
 SCHEMA: Literal["vsctrl-report/1"] = "vsctrl-report/1"
@@ -217,7 +217,7 @@ class ReportData(_Table):
         return self.model_dump_json(by_alias=True, indent=2) + "\n"
 
 
-def report_data(found: Examination, verdict: Verdict) -> ReportData:
+def report_data(found: LoopReport, verdict: Verdict) -> ReportData:
     """The numbers of an examination."""
     scenario, run = found.scenario, found.as_configured
     own = None if run is None else outcome(run).data()

@@ -19,18 +19,18 @@ from vsctrl.report.data import SCHEMA, report_data
 from vsctrl.report.page import GENERATOR, page
 from vsctrl.report.verdict import verdict
 from vsctrl.servo import Scenario
-from vsctrl.study import Examination, examine
+from vsctrl.study import LoopReport, examine
 
 PAGE, DATA = "index.html", "report.json"
 
 
 @dataclass(frozen=True)
 class Report:
-    """A written report: its files and the examination that they show."""
+    """A written report: its files, the numbers behind them, and the first lines of its page."""
 
     page: Path
     data: Path
-    examination: Examination
+    result: LoopReport
     sentences: tuple[str, ...]
 
 
@@ -51,15 +51,16 @@ def write_report(
     folder = Path(out)
     made = _prepare(folder)
     try:
-        found = examine(scenario, progress)
+        result = examine(scenario, progress)
         progress("page and figures")
-        said = verdict(found)
-        texts = {PAGE: page(found, said, command), DATA: report_data(found, said).text()}
+        conclusion = verdict(result)
+        data = report_data(result, conclusion).text()
+        texts = {PAGE: page(result, conclusion, command), DATA: data}
         _write(folder, texts)
     except BaseException:
         _remove(made)
         raise
-    return Report(folder / PAGE, folder / DATA, found, said.sentences)
+    return Report(folder / PAGE, folder / DATA, result, conclusion.sentences)
 
 
 def _prepare(folder: Path) -> list[Path]:
@@ -100,11 +101,11 @@ def _is_our_page(path: Path) -> bool:
 
 def _is_our_data(path: Path) -> bool:
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return False
     kind = SCHEMA.partition("/")[0]
-    return isinstance(found, dict) and str(found.get("schema", "")).startswith(f"{kind}/")
+    return isinstance(content, dict) and str(content.get("schema", "")).startswith(f"{kind}/")
 
 
 def _remove(made: list[Path]) -> None:

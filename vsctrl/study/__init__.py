@@ -8,7 +8,7 @@ from vsctrl.study.experiments.frequency_response import SineResponse, SineRow, s
 from vsctrl.study.experiments.matrix_law import LagRow, MatrixLaw, matrix_law
 from vsctrl.study.experiments.stability_limit import StabilityEdge, stability_edge
 from vsctrl.study.experiments.validation import Validation, validate_all
-from vsctrl.study.loop_report import Examination, examine
+from vsctrl.study.loop_report import LoopReport, examine
 from vsctrl.study.stability import Stability
 from vsctrl.study.statements import Statement, Statements, statements
 from vsctrl.study.tracking.comparison import Comparison, History, Row, Wave, validate
@@ -16,10 +16,10 @@ from vsctrl.study.tracking.comparison import Comparison, History, Row, Wave, val
 __all__ = [
     "Comparison",
     "DecayModes",
-    "Examination",
     "Experiment",
     "History",
     "LagRow",
+    "LoopReport",
     "MatrixLaw",
     "Measured",
     "Remedies",

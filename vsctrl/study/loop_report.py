@@ -12,7 +12,7 @@ from vsctrl.study.tracking.comparison import Comparison, validate
 
 
 @dataclass(frozen=True)
-class Examination:
+class LoopReport:
     """A scenario's stability, its validated tracking errors, and its runs with and without k_ff.
 
     Those two are runs of what theory knows of it (`Scenario.ideal`), like the comparison;
@@ -27,7 +27,7 @@ class Examination:
     as_configured: Run | None = None
 
 
-def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: None) -> Examination:
+def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: None) -> LoopReport:
     """Compute all of it; `progress` is told each step as it begins.
 
     Where `validate` has nothing to compare, as with a reference that is held, the comparison is
@@ -35,7 +35,7 @@ def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: N
     twist, which is more likely a slip of the pen than a wish to hold.
     """
     progress("margins and limits")
-    found = stability(scenario)
+    margins = stability(scenario)
     progress("tracking errors, four ways")
     try:
         comparison = validate(scenario)
@@ -48,4 +48,4 @@ def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: N
     on = simulate(scenario.ideal.with_(k_ff=scenario.law.k_ff or 1.0))
     off = simulate(scenario.ideal.with_(k_ff=0.0))
     own = simulate(scenario) if scenario.beyond_theory else None
-    return Examination(scenario, found, comparison, on, off, own)
+    return LoopReport(scenario, margins, comparison, on, off, own)
