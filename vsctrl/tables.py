@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from html import escape
-from typing import Protocol
+from typing import Any, Protocol
 
 Row = Sequence[str]
 
@@ -96,6 +96,18 @@ def paragraphs(texts: Iterable[str]) -> str:
     return "".join(f"<p>{escape(each)}</p>" for each in texts)
 
 
-def finite(value: complex | None) -> float | None:
-    """A real number as JSON takes it: None where there is none, or an infinite one."""
-    return float(value.real) if value is not None and math.isfinite(value.real) else None
+def finite(value: float | None) -> float | None:
+    """A number as JSON takes it: None where there is none, or an infinite one."""
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON takes it: text and truth as they are, tuples as lists, numbers as `finite`.
+
+    A complex number is its real and imaginary part.
+    """
+    if isinstance(value, tuple):
+        return [plain(entry) for entry in value]
+    if isinstance(value, complex):
+        return [finite(value.real), finite(value.imag)]
+    return value if value is None or isinstance(value, str | bool) else finite(value)

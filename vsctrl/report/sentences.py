@@ -7,7 +7,7 @@ from decimal import Decimal
 import numpy as np
 
 from vsctrl.servo import Run, Scenario
-from vsctrl.study import Comparison, History, LoopReport, Row, Wave
+from vsctrl.study import Comparison, History, LoopReport, SteadyLag, Wave
 
 EXACT = 1e-12  #: a lag (m) that is nothing but rounding
 SEEN = 0.2  #: a measured error is said to hide the true one below this share of it
@@ -77,7 +77,7 @@ def _steady(result: LoopReport) -> list[str]:
     return out
 
 
-def _own_rows(result: LoopReport) -> dict[tuple[bool, float], Row]:
+def _own_rows(result: LoopReport) -> dict[tuple[bool, float], SteadyLag]:
     """The rows of the scenario's own latency and placement and of none, by k_ff and latency."""
     latency, comparison = result.scenario.vision.latency, result.comparison
     return {
@@ -252,19 +252,19 @@ def _close(apart: float) -> str:
     return f"{_digits(1e6 * apart, 2)} µm" if apart >= 1e-9 else "less than a nanometre"
 
 
-def _lag(row: Row) -> float | None:
+def _lag(row: SteadyLag) -> float | None:
     """The steady lag where there is one that the simulation has shown, m."""
     return row.analytic if row.simulated is not None else None
 
 
-def _position(row: Row) -> str:
+def _position(row: SteadyLag) -> str:
     value = _lag(row) or 0.0
     if abs(value) < EXACT:
         return "exactly on"
     return f"{_size(value)} behind" if value < 0 else f"{_size(value)} ahead of"
 
 
-def _short(row: Row) -> str:
+def _short(row: SteadyLag) -> str:
     value = _lag(row) or 0.0
     if abs(value) < EXACT:
         return "exactly on it"

@@ -20,7 +20,7 @@ class Verdict:
 
 
 def verdict(result: LoopReport) -> Verdict:
-    """Read a report's numbers: the lag with and without the derivative term, agreement, headroom."""
+    """Read a report: the lag with and without the derivative term, agreement, headroom."""
     stable = result.stability.is_stable
     agrees, nothing = result.comparison.agrees, bool(result.comparison.note)
     sentences = [

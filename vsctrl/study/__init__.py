@@ -11,7 +11,7 @@ from vsctrl.study.experiments.validation import Validation, validate_all
 from vsctrl.study.loop_report import LoopReport, examine
 from vsctrl.study.stability import Stability
 from vsctrl.study.statements import Statement, Statements, statements
-from vsctrl.study.tracking.comparison import Comparison, History, Row, Wave, validate
+from vsctrl.study.tracking.comparison import Comparison, History, SteadyLag, Wave, validate
 
 __all__ = [
     "Comparison",
@@ -23,7 +23,6 @@ __all__ = [
     "MatrixLaw",
     "Measured",
     "Remedies",
-    "Row",
     "SineResponse",
     "SineRow",
     "Stability",
@@ -31,6 +30,7 @@ __all__ = [
     "Statement",
     "Statements",
     "SteadyError",
+    "SteadyLag",
     "Treated",
     "Validation",
     "Wave",

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario, simulate
+from vsctrl.servo.results.outcome import outcome
 from vsctrl.study.stability import Stability, stability
 from vsctrl.study.tracking.comparison import Comparison, validate
 
@@ -25,6 +27,17 @@ class LoopReport:
     with_feedforward: Run
     without_feedforward: Run
     as_configured: Run | None = None
+
+    def data(self) -> dict[str, Any]:
+        """All of its numbers as JSON takes them."""
+        scenario, run = self.scenario, self.as_configured
+        return {
+            "scenario": {"digest": scenario.digest, **scenario.model_dump(mode="json")},
+            **self.stability.data(),
+            **self.comparison.data(),
+            "as_configured": None if run is None else outcome(run).data(),
+            "beyond_theory": scenario.beyond_theory,
+        }
 
 
 def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: None) -> LoopReport:

@@ -15,6 +15,8 @@ from vsctrl.servo import Scenario
 from vsctrl.study.compensation.compensators import Remedy
 from vsctrl.study.experiments.experiment import Experiment, Measured, Value, number
 
+NUMBERS = ("predicted", "exact", "simulated", "allowed", "agrees", "reason")
+
 
 @dataclass(frozen=True, kw_only=True)
 class SteadyError(Measured):
@@ -159,16 +161,8 @@ class Remedies(tables.Tables):
 
 
 def _data(row: Treated) -> dict[str, Any]:
-    def numbers(found: Measured | None) -> dict[str, Any] | None:
-        if found is None:
-            return None
-        values = (found.predicted, found.exact, found.simulated, found.allowed)
-        names = ("predicted", "exact", "simulated", "allowed")
-        return {
-            **{name: tables.finite(value) for name, value in zip(names, values, strict=True)},
-            "agrees": bool(found.agrees),
-            "reason": found.reason,
-        }
+    def numbers(measured: Measured | None) -> dict[str, Any] | None:
+        return None if measured is None else {name: measured.data()[name] for name in NUMBERS}
 
     remedy = row.remedy
     return {

@@ -7,11 +7,11 @@ why. Making rows is left to the experiments.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
 
-from vsctrl import tables
 from vsctrl.servo import Scenario
+from vsctrl.tables import Printed, finite, fitting, html, plain, text
 
 Value = float | complex
 
@@ -47,9 +47,15 @@ class Measured:
         """Whether the disagreement is within what is allowed."""
         return self.disagreement <= self.allowed
 
+    def data(self) -> dict[str, Any]:
+        """The row as JSON takes it, in the experiment's unit; complex numbers as two parts."""
+        known = {field.name: plain(getattr(self, field.name)) for field in fields(self)}
+        disagreement, agrees = finite(self.disagreement), bool(self.agrees)
+        return known | {"disagreement": disagreement, "agrees": agrees}
+
 
 @dataclass(frozen=True, repr=False)
-class Experiment(tables.Printed):
+class Experiment(Printed):
     """The rows of one experiment, and whether all of them agree."""
 
     scenario: Scenario
@@ -76,14 +82,23 @@ class Experiment(tables.Printed):
         """A disagreement or what is allowed of it, in the unit of the values shown."""
         return f"{value:.1e}" if math.isfinite(value) else "–"
 
+    def data(self) -> dict[str, Any]:
+        """The table as JSON takes it; the title names the unit."""
+        return {
+            "title": self.title,
+            "columns": dict(zip(("predicted", "exact", "simulated"), self.columns, strict=True)),
+            "agrees": bool(self.agrees),
+            "rows": [row.data() for row in self.rows],
+        }
+
     def __str__(self) -> str:
         lines = [self._head(), *map(self._cells, self.rows)]
-        form = tables.fitting(lines, "<>>>>>") + "  {:8}  {}"
-        return "\n".join([self.title, tables.text(lines, form), *self._foot()])
+        form = fitting(lines, "<>>>>>") + "  {:8}  {}"
+        return "\n".join([self.title, text(lines, form), *self._foot()])
 
     def _repr_html_(self) -> str:
         rows = map(self._cells, self.rows)
-        return tables.html(rows, heads=self._head(), caption=self.title, remarks=self._foot())
+        return html(rows, heads=self._head(), caption=self.title, remarks=self._foot())
 
     @property
     def _reason(self) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from vsctrl import tables
 from vsctrl.errors import InputError
@@ -42,6 +42,16 @@ class Validation(tables.Tables):
     def agrees(self) -> bool:
         """Whether nothing disagrees."""
         return all(part.agrees is not False for part in self.parts)
+
+    def data(self) -> dict[str, Any]:
+        """Every experiment as JSON takes it, and why others were left out."""
+        names = ("ramp", "edge", "decay", "matrix", "sine")
+        parts = {name: getattr(self, name) for name in names}
+        return {
+            "agrees": bool(self.agrees),
+            **{name: part.data() for name, part in parts.items() if part is not None},
+            "left_out": self.left_out,
+        }
 
     def _tables(self) -> tuple[Part, ...]:
         return self.parts

@@ -9,8 +9,8 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
 
 from vsctrl import tables
 
@@ -24,7 +24,7 @@ MEANINGS: dict[Verdict, str] = {
 
 
 @dataclass(frozen=True)
-class Case:
+class Trial:
     """One trial: under which condition, what number came out, and whether the statement holds.
 
     `holds` is None for a number that is only shown beside the others.
@@ -47,7 +47,7 @@ class Statement:
     says: str
     claim: str
     unit: str
-    cases: tuple[Case, ...]
+    cases: tuple[Trial, ...]
     sentence: str
     how: str
 
@@ -70,17 +70,18 @@ class Statement:
             return "not checkable"
         return "depends" if len(found) == 2 else "confirmed" if True in found else "refuted"
 
-    def case(self, condition: str) -> Case:
+    def case(self, condition: str) -> Trial:
         """The case of a condition. Raises KeyError where there is no such case."""
-        for case in self.cases:
-            if case.condition == condition:
-                return case
-        raise KeyError(condition)
+        return {case.condition: case for case in reversed(self.cases)}[condition]
 
-    def shown(self, case: Case) -> str:
+    def shown(self, case: Trial) -> str:
         """A case as the table prints it: condition, value, whether the statement holds."""
         mark = {True: "holds", False: "fails", None: ""}[case.holds]
         return f"{case.condition}: {shown(case.value, self.unit)}{', ' * bool(mark)}{mark}"
+
+    def data(self) -> dict[str, Any]:
+        """The statement as JSON takes it."""
+        return {**asdict(self), "verdict": self.verdict}
 
     def __str__(self) -> str:
         lines = [f"{self.where}: {self.says} [{self.claim}] {self.verdict.upper()}"]
@@ -120,6 +121,10 @@ class Statements(tables.Printed):
         words |= {"refuted": "are refuted", "not checkable": "cannot be checked"}
         counts = [f"{number} {words[verdict]}" for verdict, number in self.counts.items() if number]
         return f"Of {len(self)} statements of the paper, " + ", ".join(counts) + "."
+
+    def data(self) -> dict[str, Any]:
+        """All statements and the counts as JSON takes them."""
+        return {"counts": self.counts, "statements": [row.data() for row in self.rows]}
 
     def __str__(self) -> str:
         return "\n".join([*map(str, self.rows), self.summary])

@@ -5,9 +5,9 @@ Padé model's and the exact-delay engine's response to the same reference, and t
 six-degree-of-freedom simulation, with the largest disagreement between them. The rooms that
 produce the numbers know nothing of each other; this is where they meet.
 
-What is compared depends on the motion: of a constant twist and on the legs of a triangle the steady
-lag (`Row`), of a sine amplitude and phase (`Wave`), and of whatever is not a constant twist the
-lag at every frame as well (`History`).
+What is compared depends on the motion: of a constant twist and on the legs of a triangle the
+steady lag (`SteadyLag`), of a sine amplitude and phase (`Wave`), and of whatever is not a constant
+twist the lag at every frame as well (`History`).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
@@ -26,8 +26,7 @@ from vsctrl.study.tracking.lag_history import History, Missing, history, missing
 from vsctrl.study.tracking.sine_error import Wave, polar, wave
 from vsctrl.study.tracking.steady_lag import (
     PADE_ORDER,
-    Course,
-    Row,
+    SteadyLag,
     allowance,
     millimetres,
     ramp,
@@ -40,17 +39,16 @@ __all__ = [
     "MOST_FRAMES",
     "PADE_ORDER",
     "Comparison",
-    "Course",
     "History",
     "Missing",
-    "Row",
+    "SteadyLag",
     "Wave",
     "millimetres",
     "polar",
     "validate",
 ]
 
-Found = TypeVar("Found", Row, Wave, History)
+Found = TypeVar("Found", SteadyLag, Wave, History)
 
 LAG, LEG = "steady lag along the motion, mm", "lag at the end of a leg, mm"
 WAVE = "error of the sine, mm ∠ degrees"
@@ -67,7 +65,7 @@ class Comparison(Tables):
     """
 
     scenario: Scenario
-    rows: tuple[Row, ...] = ()
+    rows: tuple[SteadyLag, ...] = ()
     waves: tuple[Wave, ...] = ()
     histories: tuple[History, ...] = ()
     note: str = ""
@@ -76,7 +74,7 @@ class Comparison(Tables):
     @property
     def agrees(self) -> bool | None:
         """True or False over the cases that can be compared; None where none can."""
-        every: list[Row | Wave | History] = [*self.rows, *self.waves, *self.histories]
+        every: list[SteadyLag | Wave | History] = [*self.rows, *self.waves, *self.histories]
         known = [found.agrees for found in every if found.agrees is not None]
         return all(known) if known else None
 
@@ -103,11 +101,11 @@ class Comparison(Tables):
     @property
     def largest_disagreement(self) -> float | None:
         """Over all steady lags or sines that can be compared, m."""
-        every: Sequence[Row | Wave] = self.rows or self.waves
+        every: Sequence[SteadyLag | Wave] = self.rows or self.waves
         known = [found.disagreement for found in every if found.disagreement is not None]
         return max(known, default=None)
 
-    def row(self, *, feedforward: bool, delay: float, placement: str = "measurement") -> Row:
+    def row(self, *, feedforward: bool, delay: float, placement: str = "measurement") -> SteadyLag:
         """The row of one case. Raises InputError where the comparison holds no such case."""
         return _pick(self.rows, feedforward, delay, placement)
 
@@ -154,6 +152,17 @@ class Comparison(Tables):
     def remarks_on_histories(self) -> tuple[str, ...]:
         """What the table of every frame allows and why."""
         return _allowances(self.histories)
+
+    def data(self) -> dict[str, Any]:
+        """All rows as JSON takes them, lengths in m, null where there is none."""
+        return {
+            "agrees": self.agrees,
+            "tracking": [row.data() for row in self.rows],
+            "waves": [wave.data() for wave in self.waves],
+            "histories": [history.data() for history in self.histories],
+            "tracking_note": self.note,
+            "left_out": list(self.left_out),
+        }
 
     @property
     def left_out(self) -> tuple[str, ...]:
@@ -249,7 +258,7 @@ def validate(scenario: Scenario) -> Comparison:
     _check_translates(scenario)
     if scenario.constant_twist is not None:
         return Comparison(scenario, tuple(row(case, ramp)[0] for case in every))
-    rows: list[Row] = []
+    rows: list[SteadyLag] = []
     waves: list[Wave] = []
     histories: list[History] = []
     left: list[Missing] = []
@@ -295,7 +304,7 @@ def _pick(every: Sequence[Found], feedforward: bool, delay: float, placement: st
 
 
 # Tables ----------------------------------------------------------------------------------------
-def _row_cells(row: Row) -> list[str]:
+def _row_cells(row: SteadyLag) -> list[str]:
     values = (row.analytic, row.pade, row.exact, row.simulated)
     return [row.case, *(millimetres(value) for value in values), _mark(row.agrees, row.note)]
 
