@@ -11,6 +11,7 @@ from typing import Any
 
 import sympy as sp
 
+from vsctrl import timing
 from vsctrl.errors import InputError
 from vsctrl.loop import fraction
 from vsctrl.loop import values as check
@@ -107,7 +108,7 @@ def _value(
                 f"period = {period:g} s is not usable: a delay of {late:g} s would be over "
                 f"{MOST_PERIODS:g} of it; give a longer one."
             )
-        samples = check.whole_periods(late, period)
+        samples = timing.whole_periods(late, period)
         if samples is None:
             found = between(late / period) / (ratio * period)
             return found if check.is_symbolic(ratio) else float(found)

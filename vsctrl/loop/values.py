@@ -48,9 +48,3 @@ def delay(name: str, value: Any) -> float:
     if (found := number(name, value)) < 0:
         raise InputError(f"{name} = {value} s is not usable; give a delay of 0 s or more.")
     return found
-
-
-def whole_periods(late: float, period: float) -> int | None:
-    """A delay (s) in samples, or None where it is no whole number of periods."""
-    samples = round(late / period)
-    return samples if abs(late - samples * period) <= 1e-9 * period else None

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl import timing
 from vsctrl.servo import clock, faults
 from vsctrl.servo.control.controller import Controller, PoseController, Shown, controller
 from vsctrl.servo.control.plan import Plan
@@ -59,7 +60,8 @@ class _Loop:
 
     def __init__(self, scenario: "Scenario") -> None:
         vision, t = scenario.vision, scenario.t
-        ages = clock.delays(scenario.law.placement, vision.latency / vision.period)
+        late = timing.in_periods(vision.latency, vision.period)
+        ages = clock.delays(scenario.law.placement, late)
         self.t = t
         self.target = Target(
             np.array(scenario.target.points), np.array(scenario.target.drift), scenario.target.sway

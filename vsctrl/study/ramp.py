@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl import loop
+from vsctrl import loop, timing
 from vsctrl.diagram import Ramp, Signal
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario
@@ -126,7 +126,7 @@ def row(case: Case, course_of: Callable[[Case], Course]) -> tuple[Row, Run | Non
     else:
         found = case.run(course.duration)
         if found.status.ok:
-            simulated = float(found.lag_along_motion[round(course.at / period)])
+            simulated = float(found.lag_along_motion[timing.last_frame(course.at, period)])
         else:
             notes.append(f"the simulation ended: {found.status.kind}")
             contradicted = True
@@ -175,7 +175,7 @@ def _horizon(case: Case) -> tuple[float, bool]:
     # Near the sampled limit the held loop decays more slowly than the continuous one.
     rate *= max(1 - scenario.law.lam / case.sampled_limit, 0.02)
     needed = max(scenario.motion.duration, 14 / rate)
-    frames = min(math.ceil(needed / scenario.vision.period), MOST_FRAMES)
+    frames = min(timing.first_frame(needed, scenario.vision.period), MOST_FRAMES)
     wanted = frames * scenario.vision.period
     try:
         scenario.with_(duration=wanted)

@@ -13,12 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl import loop
+from vsctrl import loop, timing
 from vsctrl.errors import InputError
 from vsctrl.loop import fraction
 from vsctrl.loop.limits import sampled_characteristic
 from vsctrl.servo import Run, Scenario, simulate
-from vsctrl.servo.clock import whole
 from vsctrl.servo.plant.camera import Camera
 from vsctrl.servo.pose import inverse
 from vsctrl.symbols import T_s, d, kappa, lam, z_plane
@@ -158,7 +157,7 @@ def characteristic(
     """
     gain = scenario.law.lam if gain is None else gain
     period, late = scenario.vision.period, scenario.vision.latency
-    samples = whole(late / period)
+    samples = timing.whole_periods(late, period)
     if samples is None:
         none, one = (fraction.characteristic(late / period, share) for share in (0.0, 1.0))
         return none + ratio * gain * period * (one - none)
@@ -181,7 +180,7 @@ def settling(scenario: Scenario, what: str) -> tuple[int, float]:
     Errors: `InputError` where the loop is not stable as sampled, so that nothing settles.
     """
     possible(scenario)
-    late = math.ceil(scenario.vision.latency / scenario.vision.period)
+    late = timing.first_frame(scenario.vision.latency, scenario.vision.period)
     limit = gain_limit(scenario)
     if not scenario.law.lam < limit:
         raise InputError(

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl import timing
 from vsctrl.servo import clock
 from vsctrl.servo.plant.camera import NEAREST, Camera
 from vsctrl.servo.plant.lens import distorted
@@ -104,7 +105,8 @@ class Schedule:
         n, period = len(t), vision.period
         k = np.arange(n)
         exposed = clock.late(t, period, age)
-        on_frame = clock.whole(age) is not None
+        full, share = timing.split(age)
+        on_frame = not share
         if vision.jitter:
             draw = np.random.default_rng([vision.seed, 1]).standard_normal(n)
             ages = np.maximum(age * period + vision.jitter * draw, 0.0)
@@ -115,7 +117,7 @@ class Schedule:
         if vision.missed:
             fresh = np.random.default_rng([vision.seed, 2]).random(n) >= vision.missed
             fresh[0] = True
-        index = np.maximum(k - int(age + clock.WHOLE), 0)
+        index = np.maximum(k - full, 0)
         if vision.jitter:
             index = np.searchsorted(exposed, exposed)
         # What is shown again is not new, and has the noise that it had.
