@@ -16,6 +16,8 @@ import pytest
 import vsctrl as vs
 from vsctrl import timing
 from vsctrl.servo import Scenario
+from vsctrl.servo.motion.linked import Linked
+from vsctrl.servo.motion.trajectory import ConstantScrew, Oscillation
 from vsctrl.servo.scenario.checks import count_frames
 from vsctrl.study import held
 from vsctrl.study.cases import Case
@@ -263,6 +265,19 @@ def test_more_digits_of_a_period_change_a_run_by_no_more_than_the_period(placeme
             assert len(other.t) == len(runs[0].t)
             # 2e-7 of the time, at speeds that differ by up to 2v at a turn.
             assert np.abs(other.lag - runs[0].lag).max() < 4 * V * 2e-7 * 0.8 + 1e-12
+
+
+@pytest.mark.parametrize("digits", [7, 8, 12, 16])
+def test_frames_at_a_link_or_a_turn_have_the_twist_after_it(digits):
+    """A slide for 0.4 s, a triangle that turns 0.2 s and 0.6 s later, and a slide back at 1.2 s."""
+    start, x = np.eye(4), np.eye(6)[0]
+    parts = [ConstantScrew(start, V * x, 0.4), Oscillation(start, x, 0.008, 0.8, 0.8, "triangle")]
+    linked = Linked(start, [*parts, ConstantScrew(start, -V * x, 0.4)], blend="none")
+    for rate in (30, 60, 90):
+        k = np.arange(1.6 * rate)
+        found = linked.twist_at_frames(k * typed(1 / rate, digits))[:, 0]
+        back = ((k >= 0.6 * rate) & (k < rate)) | (k >= 1.2 * rate)
+        np.testing.assert_allclose(found, np.where(back, -V, V), rtol=1e-12)
 
 
 # Comparisons -------------------------------------------------------------------------------------
