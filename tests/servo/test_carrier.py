@@ -13,10 +13,9 @@ from scipy.linalg import expm
 
 from vsctrl.errors import InputError
 from vsctrl.servo.pose import exp_one, from_euler_xyz
-from vsctrl.servo.robot import carrier, joints
+from vsctrl.servo.robot import joints
 from vsctrl.servo.robot.carrier import Capability, Carrier
 from vsctrl.servo.robot.gantry import Gantry
-from vsctrl.servo.scenario import checks
 from vsctrl.servo.scenario.scenario import COMMENTS
 
 PERIOD = 0.04
@@ -116,8 +115,12 @@ def test_a_dead_time_longer_than_the_run_leaves_the_camera_at_its_start():
     np.testing.assert_array_equal(camera.twists, np.zeros((20, 6)))
 
 
-def test_whole_means_the_same_as_in_a_scenario():
-    assert carrier.WHOLE == checks.WHOLE
+def test_a_dead_time_typed_with_seven_digits_is_whole_frames_and_one_with_five_is_not():
+    frames, typed = moved(delay=2 * PERIOD), moved(delay=2 * PERIOD * (1 + 1e-7))
+    np.testing.assert_array_equal(typed.twists, frames.twists)
+    late = moved(delay=2 * PERIOD * (1 + 1e-5)).twists[3:]
+    expected = (1 - 2e-5) * frames.twists[3:] + 2e-5 * frames.twists[2:-1]
+    np.testing.assert_allclose(late, expected, atol=1e-12)
 
 
 # Hand-eye ----------------------------------------------------------------------------------------

@@ -12,6 +12,7 @@ from typing import Any
 import sympy as sp
 
 from vsctrl import checks as check
+from vsctrl import timing
 from vsctrl.errors import InputError
 from vsctrl.loop import fractional_delay
 from vsctrl.loop.figure1 import figure1
@@ -107,7 +108,7 @@ def _value(
                 f"period = {period:g} s is not usable: a delay of {delay:g} s would be over "
                 f"{MOST_PERIODS:g} of it; give a longer one."
             )
-        samples = _whole_periods(delay, period)
+        samples = timing.whole_periods(delay, period)
         if samples is None:
             result = between(delay / period) / (ratio * period)
             return result if check.is_symbolic(ratio) else float(result)
@@ -188,9 +189,3 @@ def _delayed_double_root() -> sp.Expr:
     gain = sp.solve(1 + pulse_transfer() * z**-d, lam)[0]
     at = sp.solve(sp.simplify(sp.diff(gain, z) / z ** (d - 1)), z)[0]
     return sp.simplify(gain.subs(z, at))
-
-
-def _whole_periods(late: float, period: float) -> int | None:
-    """A delay (s) in samples, or None where it is no whole number of periods."""
-    samples = round(late / period)
-    return samples if abs(late - samples * period) <= 1e-9 * period else None
