@@ -181,7 +181,5 @@ def test_python_controls_bode_and_nyquist_plots_take_it():
 # Sabotage -------------------------------------------------------------------------------------
 def test_a_closed_loop_with_the_wrong_sign_is_noticed(monkeypatch):
     right = cut.closed
-    monkeypatch.setattr(
-        channel.sampling, "closed", lambda loop, sign, hold: right(loop, -sign, hold)
-    )
+    monkeypatch.setattr(channel.cut, "closed", lambda loop, sign, hold: right(loop, -sign, hold))
     assert not loop(0.1).margins().stable

@@ -171,7 +171,7 @@ def test_a_sine_settles_at_its_amplitude_and_phase(placement):
     channel = loop.diagram(placement).at(ell=1.2, ell_hat=1, **numbers)["S_ref", "S"]
     error = np.ravel(channel.response(vs.Sine(3.0, 0.02), t).outputs) - 0.02 * np.sin(3 * t)
     np.testing.assert_allclose(error, size * np.sin(3 * t + phase), atol=1e-12)
-    cosine = np.ravel(channel.response(vs.diagram.signals.Cosine(3.0, 0.02), t).outputs)
+    cosine = np.ravel(channel.response(vs.diagram.signals.elementary.Cosine(3.0, 0.02), t).outputs)
     error = cosine - 0.02 * np.cos(3 * t)
     np.testing.assert_allclose(error, size * np.cos(3 * t + phase), atol=1e-12)
 

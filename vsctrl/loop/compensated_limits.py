@@ -12,9 +12,9 @@ import numpy as np
 import sympy as sp
 from scipy.optimize import brentq, minimize_scalar
 
-from vsctrl.diagram.description.control_systems import exact_number
+from vsctrl import checks as check
+from vsctrl.checks import decimal
 from vsctrl.errors import LimitError
-from vsctrl.loop import values as check
 from vsctrl.loop.variants import pi, smith
 from vsctrl.symbols import T_i, ell, ell_hat, kappa, lam, omega, s, tau, tau_hat
 
@@ -90,7 +90,7 @@ def _axis_crossings(
 
 def _common(delay: float, model: float) -> float:
     """The largest time (s) of which both delays, as the decimals they print, are multiples."""
-    a, b = exact_number(delay, "tau"), exact_number(model, "tau_hat")
+    a, b = decimal("tau", delay), decimal("tau_hat", model)
     top = math.gcd(a.numerator * b.denominator, b.numerator * a.denominator)
     return top / (a.denominator * b.denominator)
 

@@ -15,10 +15,10 @@ import numpy as np
 import sympy as sp
 from scipy.optimize import brentq
 
+from vsctrl import checks as check
 from vsctrl.diagram import Step
 from vsctrl.diagram.time import collocation
 from vsctrl.errors import InputError, nearest
-from vsctrl.loop import values as check
 from vsctrl.loop.criteria import (
     dominant_damping,
     first_overshoot,

@@ -11,9 +11,9 @@ from typing import Any
 
 import sympy as sp
 
+from vsctrl import checks as check
 from vsctrl.errors import InputError
 from vsctrl.loop import fractional_delay
-from vsctrl.loop import values as check
 from vsctrl.loop.figure1 import figure1
 from vsctrl.symbols import T_s, d, ell, ell_hat, kappa, lam, omega, s, tau
 from vsctrl.symbols import z_plane as z
@@ -107,7 +107,7 @@ def _value(
                 f"period = {period:g} s is not usable: a delay of {delay:g} s would be over "
                 f"{MOST_PERIODS:g} of it; give a longer one."
             )
-        samples = check.whole_periods(delay, period)
+        samples = _whole_periods(delay, period)
         if samples is None:
             result = between(delay / period) / (ratio * period)
             return result if check.is_symbolic(ratio) else float(result)
@@ -188,3 +188,9 @@ def _delayed_double_root() -> sp.Expr:
     gain = sp.solve(1 + pulse_transfer() * z**-d, lam)[0]
     root = sp.solve(sp.simplify(sp.diff(gain, z) / z ** (d - 1)), z)[0]
     return sp.simplify(gain.subs(z, root))
+
+
+def _whole_periods(delay: float, period: float) -> int | None:
+    """A delay (s) in samples, or None where it is no whole number of periods."""
+    samples = round(delay / period)
+    return samples if abs(delay - samples * period) <= 1e-9 * period else None

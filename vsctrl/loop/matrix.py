@@ -16,9 +16,9 @@ import numpy as np
 import sympy as sp
 from numpy.typing import ArrayLike, NDArray
 
+from vsctrl import checks as check
 from vsctrl.diagram import Diagram, Ramp
 from vsctrl.errors import InputError, nearest
-from vsctrl.loop import values as check
 from vsctrl.loop.limits import gain_limit
 from vsctrl.loop.parameters import exact, parameters
 from vsctrl.loop.steady import error_transfer, steady_error
@@ -113,7 +113,7 @@ def calibration_matrix(
     modelled = L.xreplace(_believed(believed, feature.arguments))
     if modelled.has(sp.nan, sp.zoo, sp.oo):
         raise InputError(
-            f"calibration_matrix: with believed = {check.shown(believed)} the interaction matrix "
+            f"calibration_matrix: with believed = {check.quoted(believed)} the interaction matrix "
             "is not finite; believe values at which the feature is not singular."
         )
     columns = [_combination(L, modelled[:, j], seen) for j in range(L.cols)]
@@ -125,7 +125,7 @@ def calibration_matrix(
     N = sp.Matrix.hstack(*columns)
     if N.det(method="berkowitz").equals(0):
         raise InputError(
-            f"calibration_matrix: with believed = {check.shown(believed)} the law sees less than "
+            f"calibration_matrix: with believed = {check.quoted(believed)} the law sees less than "
             "the feature shows, so that there is no M; believe values that are not 0."
         )
     return sp.ImmutableMatrix(N.inv()).applyfunc(sp.factor)
@@ -173,7 +173,7 @@ def _believed(believed: Any, arguments: tuple[sp.Symbol, ...]) -> dict[sp.Symbol
     """Symbol → what the law takes for it, decimals exactly as they read."""
     if not isinstance(believed, Mapping):
         raise InputError(
-            f"calibration_matrix: believed = {check.shown(believed)} is no mapping; give symbols "
+            f"calibration_matrix: believed = {check.quoted(believed)} is no mapping; give symbols "
             "and what stands in their place, like {z: rho * z}."
         )
     substitution: dict[sp.Symbol, sp.Expr] = {}
@@ -183,7 +183,7 @@ def _believed(believed: Any, arguments: tuple[sp.Symbol, ...]) -> dict[sp.Symbol
         finite = isinstance(value, sp.Expr) and not value.has(sp.nan, sp.zoo, sp.oo, -sp.oo)
         if not (real or finite):
             raise InputError(
-                f"calibration_matrix: believed {symbol}: {check.shown(value)} is not usable; give "
+                f"calibration_matrix: believed {symbol}: {check.quoted(value)} is not usable; give "
                 "symbols and what stands in their place, like {z: rho * z}."
             )
         substitution[symbol] = exact(value)
@@ -193,7 +193,7 @@ def _believed(believed: Any, arguments: tuple[sp.Symbol, ...]) -> dict[sp.Symbol
 def _shared(common: Any, arguments: tuple[sp.Symbol, ...]) -> list[sp.Symbol]:
     if isinstance(common, str | sp.Basic) or not isinstance(common, Iterable):
         raise InputError(
-            f"calibration_matrix: common = {check.shown(common)} is no list; give symbols, like "
+            f"calibration_matrix: common = {check.quoted(common)} is no list; give symbols, like "
             "common=[z]."
         )
     listed = list(common)
@@ -208,7 +208,7 @@ def _require_argument(symbol: Any, field: str, arguments: tuple[sp.Symbol, ...])
         # A symbol made anew has the name of the argument, but not what is assumed of it.
         near = " (the one of its name is another symbol)" if str(symbol) in names else ""
         raise InputError(
-            f"calibration_matrix: {field} has {check.shown(symbol)}, which is no argument of the "
+            f"calibration_matrix: {field} has {check.quoted(symbol)}, which is no argument of the "
             f"feature{near or nearest(symbol, names)}; take symbols of feature.arguments, "
             f"{', '.join(names)}."
         )
@@ -290,7 +290,7 @@ def _exact(value: Any, name: str) -> sp.Matrix:
         usable = usable and entry is not sp.nan and (symbolic or real)
     if not usable:
         raise InputError(
-            f"{name} = {check.shown(value)} is not usable; give finite real numbers or "
+            f"{name} = {check.quoted(value)} is not usable; give finite real numbers or "
             "expressions, in rows of one length."
         )
     return sp.Matrix(entries.tolist())

@@ -10,12 +10,12 @@ from typing import Any
 
 import sympy as sp
 
+from vsctrl import checks as check
 from vsctrl.diagram import Diagram, Exponential, Signal, Sine
 from vsctrl.diagram.description.blocks import delays_as_symbols
 from vsctrl.diagram.signals.elementary import Cosine, Power
 from vsctrl.errors import InputError
 from vsctrl.loop import laurent
-from vsctrl.loop import values as check
 from vsctrl.loop.parameters import calibrated, exact, known, parameters
 from vsctrl.symbols import s, tau
 
@@ -84,7 +84,7 @@ def amplitude_and_phase(ratio: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     0. Errors: `InputError` for what is no finite expression.
     """
     if not isinstance(ratio, sp.Expr | int | float | complex) or isinstance(ratio, bool):
-        raise InputError(f"amplitude_and_phase: {check.shown(ratio)} is no expression; {_RATIO}.")
+        raise InputError(f"amplitude_and_phase: {check.quoted(ratio)} is no expression; {_RATIO}.")
     ratio = sp.sympify(ratio, strict=True)
     if ratio.has(sp.nan, sp.zoo, sp.oo):
         raise InputError(f"amplitude_and_phase: {ratio} is not finite; {_RATIO}.")

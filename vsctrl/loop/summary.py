@@ -7,10 +7,12 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from vsctrl import loop
+from vsctrl import checks as check
 from vsctrl.diagram import Ramp
 from vsctrl.errors import InputError
-from vsctrl.loop import values as check
+from vsctrl.loop.figure1 import Placement, figure1
+from vsctrl.loop.limits import fastest_gain, gain_limit
+from vsctrl.loop.tracking import tracking_error
 
 LEAST, MOST = 1e-30, 1e30  #: of a product that can still be multiplied and divided
 
@@ -93,17 +95,17 @@ def summarise(
     _check_sizes(lam, kappa, tau)
     if period is not None:
         check.positive("period", period)
-    limits = loop.gain_limit(tau, kappa=kappa), loop.fastest_gain(tau, kappa=kappa)
+    limits = gain_limit(tau, kappa=kappa), fastest_gain(tau, kappa=kappa)
     held: tuple[Any, Any] = (None, None)
     if period is not None:
         held = (
-            loop.gain_limit(tau, period=period, kappa=kappa),
-            loop.fastest_gain(tau, period=period, kappa=kappa),
+            gain_limit(tau, period=period, kappa=kappa),
+            fastest_gain(tau, period=period, kappa=kappa),
         )
-    system = loop.figure1.at(lam=lam, tau=tau, ell=kappa, ell_hat=1.0, k_ff=k_ff)
+    system = figure1.at(lam=lam, tau=tau, ell=kappa, ell_hat=1.0, k_ff=k_ff)
     margins = system.open("S_meas").margins()
     known = {"lam": lam, "tau": tau, "kappa": kappa, "k_ff": k_ff}
-    placements: tuple[loop.Placement, ...] = ("measurement", "aligned", "actuator")
+    placements: tuple[Placement, ...] = ("measurement", "aligned", "actuator")
     return Summary(
         lam=lam,
         tau=tau,
@@ -123,7 +125,7 @@ def summarise(
         fastest_sampled=held[1],
         roots=tuple((root.real, root.imag) for root in system.poles(4)),
         error_per_speed={
-            placement: float(loop.tracking_error(Ramp(1.0), placement, **known))
+            placement: float(tracking_error(Ramp(1.0), placement, **known))
             if margins.stable and (period is None or lam < held[0])
             else None
             for placement in placements

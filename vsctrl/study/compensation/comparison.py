@@ -14,10 +14,10 @@ import math
 
 import numpy as np
 
+from vsctrl import checks as check
 from vsctrl import loop
 from vsctrl.diagram import Ramp
 from vsctrl.errors import InputError
-from vsctrl.loop import values as check
 from vsctrl.servo import Scenario
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.study import modes
