@@ -14,6 +14,7 @@ from vsctrl.errors import InputError
 from vsctrl.report import plots
 from vsctrl.servo import timing
 from vsctrl.servo.control.law import Law
+from vsctrl.study.experiments import matrix_law
 
 simulator = importlib.import_module("vsctrl.servo.simulate")  # the module, not the function
 TWIST, DELAYS = Law.twist, timing.delays
@@ -168,7 +169,7 @@ def agreeing(monkeypatch, patch):
     with monkeypatch.context() as m:
         patch(m)
         scenario = paper.sliding()
-        m.setattr(study.matrix, "MOTIONS", {"turn about y": (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)})
+        m.setattr(matrix_law, "MOTIONS", {"turn about y": (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)})
         waves = [(row.feedforward, row.agrees) for row in study.sine_response(scenario, [2.0]).rows]
         lags = [("with k_ff" in r.case, r.agrees) for r in study.matrix_law(scenario).rows[:6]]
     return waves, lags
@@ -218,7 +219,7 @@ def test_a_delay_one_frame_off_is_noticed_in_the_waves_and_lags(monkeypatch, fra
     ids=lambda motion: motion["kind"],
 )
 def test_the_scenario_s_own_motion_does_not_matter(motion, monkeypatch):
-    monkeypatch.setattr(study.matrix, "MOTIONS", {"turn about y": (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)})
+    monkeypatch.setattr(matrix_law, "MOTIONS", {"turn about y": (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)})
     scenario = paper.sliding().with_(**motion)
     plain = study.sine_response(paper.sliding(), [2.0])
     found = study.sine_response(scenario, [2.0])

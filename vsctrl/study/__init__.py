@@ -2,28 +2,27 @@
 
 from vsctrl.study.compensation.comparison import compare_remedies
 from vsctrl.study.compensation.results import Remedies, SteadyError, Treated
-from vsctrl.study.examination import Examination, examine
 from vsctrl.study.experiments.dominant_mode import DecayModes, decay_modes
 from vsctrl.study.experiments.experiment import Experiment, Measured
 from vsctrl.study.experiments.frequency_response import SineResponse, SineRow, sine_response
 from vsctrl.study.experiments.matrix_law import LagRow, MatrixLaw, matrix_law
 from vsctrl.study.experiments.stability_limit import StabilityEdge, stability_edge
 from vsctrl.study.experiments.validation import Validation, validate_all
+from vsctrl.study.loop_report import LoopReport, examine
 from vsctrl.study.stability import Stability
 from vsctrl.study.statements import Statement, Statements, statements
-from vsctrl.study.tracking.comparison import Comparison, History, Row, Wave, validate
+from vsctrl.study.tracking.comparison import Comparison, History, SteadyLag, Wave, validate
 
 __all__ = [
     "Comparison",
     "DecayModes",
-    "Examination",
     "Experiment",
     "History",
     "LagRow",
+    "LoopReport",
     "MatrixLaw",
     "Measured",
     "Remedies",
-    "Row",
     "SineResponse",
     "SineRow",
     "Stability",
@@ -31,6 +30,7 @@ __all__ = [
     "Statement",
     "Statements",
     "SteadyError",
+    "SteadyLag",
     "Treated",
     "Validation",
     "Wave",

@@ -17,7 +17,7 @@ from vsctrl.study import Comparison, History
 DOTS = 90  #: of a simulated run, so that each can be told from the next
 
 
-def histories(found: Comparison, chosen: Sequence[History], runs: Sequence[Run]) -> Figure:
+def histories(comparison: Comparison, chosen: Sequence[History], runs: Sequence[Run]) -> Figure:
     """Above, the first point in the image and where it should be; below, the lag of the camera.
 
     `chosen`: the histories to draw, dots on a line each; `runs`: with and without the derivative
@@ -38,7 +38,7 @@ def histories(found: Comparison, chosen: Sequence[History], runs: Sequence[Run])
         lag.axhline(0, color=INK, linewidth=0.8)
         for one in chosen:
             colour, name = (WITH, "with") if one.feedforward else (WITHOUT, "without")
-            level = _level(found, one)
+            level = _level(comparison, one)
             for side in (level, -level) if level else ():
                 lag.axhline(1e3 * side, color=colour, linewidth=0.8, linestyle="--")
             lag.plot(one.t, 1e3 * one.predicted, color=colour, label=f"{name} derivative term")
@@ -50,9 +50,11 @@ def histories(found: Comparison, chosen: Sequence[History], runs: Sequence[Run])
             )
         lag.plot([], [], color=GREY, label="figure 1, velocity held")
         lag.plot([], [], "o", color=GREY, mfc="none", markersize=3.6, label="6-DOF simulation")
-        if any(_level(found, one) for one in chosen):
+        if any(_level(comparison, one) for one in chosen):
             lag.plot([], [], color=GREY, linestyle="--", linewidth=0.8, label="closed form, ±")
-        straight = "along its direction" if found.rows or found.waves else "along the motion"
+        straight = (
+            "along its direction" if comparison.rows or comparison.waves else "along the motion"
+        )
         lag.set(title=f"lag of the camera {straight}, mm", xlabel="t, s")
         lag.set_xlim(0, float(max(one.t[-1] for one in chosen)) if chosen else None)
         lag.margins(y=0.08)
@@ -75,9 +77,9 @@ def _enlarge(axes: Axes, runs: Sequence[Run]) -> None:
     axes.set(title="enlarged", xlim=(middle - half, middle + half), ylim=(low - edge, high + edge))
 
 
-def _level(found: Comparison, one: History) -> float:
+def _level(comparison: Comparison, one: History) -> float:
     """The steady lag of a leg, or the amplitude of the sine, by closed form in m; 0 without one."""
     case: Any = {"feedforward": one.feedforward, "delay": one.delay, "placement": one.placement}
-    if found.rows:
-        return abs(found.row(**case).analytic or 0.0)
-    return abs(found.wave(**case).analytic or 0.0) if found.waves else 0.0
+    if comparison.rows:
+        return abs(comparison.row(**case).analytic or 0.0)
+    return abs(comparison.wave(**case).analytic or 0.0) if comparison.waves else 0.0

@@ -13,17 +13,17 @@ FINE = 60  #: points of a curve, besides those measured
 NOTHING = 1e-9  #: an error that only rounding makes: it has no phase, and no place on a log axis
 
 
-def sine_response(found: SineResponse) -> Figure:
+def sine_response(response: SineResponse) -> Figure:
     """Amplitude and phase of the error of a sine: the simulator's points over the exact curves."""
-    grid = [row.omega for row in found.rows]
+    grid = [row.omega for row in response.rows]
     omega = np.union1d(grid, np.geomspace(0.8 * min(grid), max(grid), FINE))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, 5.2), layout="constrained")
         top, bottom = figure.subplots(2, 1, sharex=True)
         for on, colour, name in ((False, WITHOUT, "without"), (True, WITH, "with")):
-            held = found.curve(omega, feedforward=on)
-            smooth = found.curve(omega, feedforward=on, held=False)
-            dots = [r for r in found.rows if r.feedforward is on and r.simulated is not None]
+            held = response.curve(omega, feedforward=on)
+            smooth = response.curve(omega, feedforward=on, held=False)
+            dots = [r for r in response.rows if r.feedforward is on and r.simulated is not None]
             at = np.searchsorted(omega, [row.omega for row in dots])
             values = np.array([row.simulated for row in dots], dtype=complex)
             top.loglog(omega, np.abs(held), color=colour, label=f"{name} feed-forward, sampled")

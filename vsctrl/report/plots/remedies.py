@@ -22,22 +22,22 @@ LEGEND = ("true error", "error that the law sees", "gain limit", "gain of the sc
 ENDLESS = 1.5  #: longest axis of gains, in limits of the sampled loop
 
 
-def remedies(found: Remedies) -> Figure:
+def remedies(comparison: Remedies) -> Figure:
     """Error on a ramp (mm) and gain limit (s⁻¹) of each remedy: simulation over theory.
 
     Bars are closed forms, circles six degrees of freedom. A limit beyond the axis ends in an arrow.
     """
-    rows = found.rows[::-1]  # the first one is drawn on top
+    rows = comparison.rows[::-1]  # the first one is drawn on top
     y = np.arange(len(rows))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.4, 1.5 + ROW * len(rows)), layout="constrained")
         left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))
         _errors(left, rows, y)
-        _limits(right, rows, y, found.scenario.law.lam)
+        _limits(right, rows, y, comparison.scenario.law.lam)
         names = [textwrap.fill(row.name.replace(" = ", "\u00a0=\u00a0"), NAME) for row in rows]
         left.set_yticks(y, names, fontsize=8)
         left.set_ylim(-0.7, len(rows) - 0.3)
-        speed = f"{1e3 * found.speed:.3g} mm/s"
+        speed = f"{1e3 * comparison.speed:.3g} mm/s"
         left.set_title(f"error behind (−) or ahead (+) of a ramp of {speed}")
         left.set_xlabel("steady error, mm")
         right.set_title("gain limit")
@@ -82,13 +82,13 @@ def _errors(axes: Axes, rows: tuple[Treated, ...], y: Any) -> None:
 
 
 def _limits(axes: Axes, rows: tuple[Treated, ...], y: Any, lam: float) -> None:
-    """Sampled limits as bars, found ones as circles, those of continuous time as lines."""
+    """Sampled limits as bars, simulated ones as circles, those of continuous time as lines."""
     limits: list[Measured] = [row.limit for row in rows]
     sampled = [_real(limit.exact) for limit in limits]
     axes.barh(y, sampled, 0.5, color=WITH, alpha=0.35, label="gain limit, sampled")
-    found = [_real(limit.simulated) for limit in limits]
-    if not all(map(math.isnan, found)):
-        axes.plot(found, y, "o", color=WITH, mfc="none", ms=5, label="gain limit, 6-DOF")
+    simulated = [_real(limit.simulated) for limit in limits]
+    if not all(map(math.isnan, simulated)):
+        axes.plot(simulated, y, "o", color=WITH, mfc="none", ms=5, label="gain limit, 6-DOF")
     most = ENDLESS * max([lam, *(value for value in sampled if math.isfinite(value))])
     label = "gain limit, continuous"
     for i, limit in enumerate(limits):

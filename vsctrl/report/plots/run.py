@@ -38,8 +38,8 @@ def run_figure(run: Run) -> Figure:
         _errors(figure.add_subplot(grid[0, 1]), run)
         _twist(figure, grid[1, 0], run)
         _lag(figure, grid[1, 1], run)
-        found = outcome(run)
-        words = " ".join([notice(found), *(event.sentence for event in run.events)])
+        summary = outcome(run)
+        words = " ".join([notice(summary), *(event.sentence for event in run.events)])
         # Dollar signs would start a formula.
         name = f"{run.scenario.name} ({run.scenario.digest})".replace("$", r"\$")
         figure.suptitle(textwrap.shorten(name, 90), x=0.01, ha="left", fontsize=11)
@@ -95,10 +95,10 @@ def image_plane(
     axes.set_xlim(low[0], high[0], auto=True)
     axes.set_ylim(high[1], low[1], auto=True)
     if paths:
-        found = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+        entries = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
         axes.legend(
-            found.values(),
-            found.keys(),
+            entries.values(),
+            entries.keys(),
             loc="upper left",
             bbox_to_anchor=(-0.02, -0.16),
             ncols=5,

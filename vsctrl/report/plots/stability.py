@@ -14,12 +14,12 @@ from vsctrl.study.plot_data import Frequency, Locus
 from vsctrl.study.stability import Stability
 
 
-def bode(data: Frequency, found: Stability) -> Figure:
+def bode(data: Frequency, stability: Stability) -> Figure:
     """Magnitude and phase of the opened loop, exact delay against Padé, margins marked."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, 5.0), layout="constrained")
         top, bottom = figure.subplots(2, 1, sharex=True)
-        margins = found.margins
+        margins = stability.margins
         top.semilogx(data.omega, 20 * np.log10(np.abs(data.exact)), color=EXACT)
         top.axhline(0, color=INK, linewidth=0.8)
         top.set_ylabel("|L(jω)|, dB")
@@ -57,14 +57,14 @@ def bode(data: Frequency, found: Stability) -> Figure:
     return figure
 
 
-def nyquist(data: Frequency, found: Stability) -> Figure:
+def nyquist(data: Frequency, stability: Stability) -> Figure:
     """L(jω) in the plane round −1, exact delay against Padé, with the circle of 1/Ms."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(4.9, 4.4), layout="constrained")
         axes = figure.subplots()
         turn = np.exp(1j * np.linspace(0, 2 * np.pi, 361))
         axes.plot(turn.real, turn.imag, color=GREY, linewidth=0.9, linestyle="--")
-        distance = found.margins.modulus
+        distance = stability.margins.modulus
         around = -1 + distance * turn
         axes.plot(around.real, around.imag, color=WITHOUT, linewidth=1.0)
         axes.plot(-1, 0, marker="+", color=INK, markersize=10, markeredgewidth=1.6)
@@ -86,7 +86,7 @@ def nyquist(data: Frequency, found: Stability) -> Figure:
     return figure
 
 
-def root_locus(data: Locus, found: Stability) -> Figure:
+def root_locus(data: Locus, stability: Stability) -> Figure:
     """The rightmost characteristic roots as λ grows, exact delay against Padé."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(4.9, 4.4), layout="constrained")
@@ -95,7 +95,7 @@ def root_locus(data: Locus, found: Stability) -> Figure:
             axes.plot(branch.real, branch.imag, ".", color=PADE[4], markersize=2.2)
         axes.plot(data.exact.real, data.exact.imag, ".", color=EXACT, markersize=2.6)
         axes.plot(data.here.real, data.here.imag, "x", color=WITHOUT, markersize=7)
-        tau = found.scenario.vision.latency
+        tau = stability.scenario.vision.latency
         axes.axvline(0, color=INK, linewidth=0.8)
         axes.set(xlim=(-4.5 / tau, 2.4 / tau), ylim=(-9.5 / tau, 9.5 / tau))
         axes.set_xlabel("Re s, rad/s")
@@ -103,7 +103,7 @@ def root_locus(data: Locus, found: Stability) -> Figure:
         for label, marker, colour in (
             ("exact delay", ".", EXACT),
             (f"Padé {data.pade_order}", ".", PADE[4]),
-            (f"λ = {found.scenario.law.lam:g} s⁻¹", "x", WITHOUT),
+            (f"λ = {stability.scenario.law.lam:g} s⁻¹", "x", WITHOUT),
         ):
             axes.plot([], [], marker, color=colour, label=label)
         axes.legend(loc="upper right")

@@ -14,6 +14,7 @@ from vsctrl.errors import InputError
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.run import Event, Run, Status
 from vsctrl.servo.robot.gantry import Gantry
+from vsctrl.tables import Printed
 
 Array = NDArray[np.float64]
 
@@ -51,8 +52,8 @@ class Reach(NamedTuple):
     wrist: float
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
+@dataclass(frozen=True, slots=True, repr=False)
+class Outcome(Printed):
     """Summary of a run.
 
     along: lag along the motion, m, None for a reference that does not translate; distance: of the
@@ -112,10 +113,6 @@ class Outcome:
             "joints": None if self.reach is None else self.reach._asdict(),
             "settled": self.settled,
         }
-
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
 
     def __str__(self) -> str:
         """A table to print."""

@@ -6,7 +6,6 @@ picture in ``sketch``, numbers and sentences in ``outcome``, figures in ``vsctrl
 """
 
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Self
 
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from vsctrl.errors import InputError
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.scenario import Scenario
+from vsctrl.tables import html
 
 if TYPE_CHECKING:
     import xarray
@@ -182,9 +182,4 @@ class Run:
         seen = np.linalg.norm(self.measured_error[-1])
         rows.append(("final measured error", f"{number(float(seen))} {unit}"))
         rows += [("event", event.sentence) for event in self.events]
-        cells = "".join(
-            f"<tr><th style='text-align:left'>{escape(label)}</th>"
-            f"<td style='text-align:left'>{escape(value)}</td></tr>"
-            for label, value in rows
-        )
-        return f"<table>{cells}</table>{sketch(self)}"
+        return f"{html(rows, labels=True, left=2)}{sketch(self)}"

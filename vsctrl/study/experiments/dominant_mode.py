@@ -21,16 +21,14 @@ from vsctrl import loop
 from vsctrl.servo import Scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured, Value, number
 from vsctrl.study.modes import (
-    Kind,
     characteristic,
     dominant,
+    eigen_directions,
+    eigenvalues,
     gain_limit,
-    kinds,
-    latency,
-    ratios,
-    released,
     scales,
 )
+from vsctrl.study.runs import latency, released
 from vsctrl.symbols import kappa, lam, tau
 
 Array = NDArray[np.float64]
@@ -66,7 +64,7 @@ def decay_modes(scenario: Scenario, gains: tuple[float, ...] | None = None) -> D
     period, late = scenario.vision.period, scenario.vision.latency
     latency(scenario)
     if gains is None:
-        worst = max(abs(mu) for mu in ratios(scenario))
+        worst = max(abs(mu) for mu in eigenvalues(scenario))
         limit = gain_limit(scenario)
         fastest = float(loop.fastest_gain(late, period=period, kappa=worst))
         own = (scenario.law.lam,) if scenario.law.lam < limit else ()
@@ -77,21 +75,21 @@ def decay_modes(scenario: Scenario, gains: tuple[float, ...] | None = None) -> D
 
 def _rows(scenario: Scenario) -> list[Measured]:
     rows: list[Measured] = []
-    for kind in kinds(scenario):
-        if kind.ratio.imag:
+    for each in eigen_directions(scenario):
+        if each.eigenvalue.imag:
             continue  # offsets turn into one another, so that none has a mode of its own
-        polynomial = characteristic(scenario, kind.ratio.real)
+        polynomial = characteristic(scenario, each.eigenvalue.real)
         z = dominant(polynomial)
         if abs(z) < DEADBEAT:
             continue
-        lag = _odd_lag(scenario, kind)
+        lag = _odd_lag(scenario, each.direction)
         found = None if lag is None else dominant(_recurrence(lag, scenario))
         period, (apart, double) = scenario.vision.period, _root_error(polynomial, z)
         power = "their square root, at a double root" if double else "divided by the slope there"
         rows.append(
             Measured(
-                case=f"λ = {scenario.law.lam:.4g} s⁻¹{f', {kind.name}' if kind.name else ''}",
-                predicted=_continuous(scenario, kind.ratio.real),
+                case=f"λ = {scenario.law.lam:.4g} s⁻¹{f', {each.name}' if each.name else ''}",
+                predicted=_continuous(scenario, each.eigenvalue.real),
                 exact=cmath.log(z) / period,
                 simulated=cmath.log(found) / period if found else None,
                 allowed=apart / (abs(z) * period),
@@ -102,10 +100,10 @@ def _rows(scenario: Scenario) -> list[Measured]:
     return rows
 
 
-def _odd_lag(scenario: Scenario, kind: Kind) -> Array | None:
+def _odd_lag(scenario: Scenario, direction: Array) -> Array | None:
     """Lags after two opposite offsets, half their difference: bends of second order cancel."""
     unit, frames = scales(scenario), 8 * (scenario.latency_frames + 1) + 30
-    along = OFFSET * kind.direction
+    along = OFFSET * direction
     both = [released(scenario, side * along, frames) for side in (1, -1)]
     if not all(run.status.ok for run in both):
         return None

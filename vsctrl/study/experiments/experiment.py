@@ -7,11 +7,11 @@ why. Making rows is left to the experiments.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from html import escape
-from typing import ClassVar
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
 
 from vsctrl.servo import Scenario
+from vsctrl.tables import Printed, finite, fitting, html, plain, text
 
 Value = float | complex
 
@@ -47,9 +47,15 @@ class Measured:
         """Whether the disagreement is within what is allowed."""
         return self.disagreement <= self.allowed
 
+    def data(self) -> dict[str, Any]:
+        """The row as JSON takes it, in the experiment's unit; complex numbers as two parts."""
+        known = {field.name: plain(getattr(self, field.name)) for field in fields(self)}
+        disagreement, agrees = finite(self.disagreement), bool(self.agrees)
+        return known | {"disagreement": disagreement, "agrees": agrees}
 
-@dataclass(frozen=True)
-class Experiment:
+
+@dataclass(frozen=True, repr=False)
+class Experiment(Printed):
     """The rows of one experiment, and whether all of them agree."""
 
     scenario: Scenario
@@ -76,29 +82,23 @@ class Experiment:
         """A disagreement or what is allowed of it, in the unit of the values shown."""
         return f"{value:.1e}" if math.isfinite(value) else "–"
 
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
+    def data(self) -> dict[str, Any]:
+        """The table as JSON takes it; the title names the unit."""
+        return {
+            "title": self.title,
+            "columns": dict(zip(("predicted", "exact", "simulated"), self.columns, strict=True)),
+            "agrees": bool(self.agrees),
+            "rows": [row.data() for row in self.rows],
+        }
 
     def __str__(self) -> str:
-        body = [self._cells(row) for row in self.rows]
-        table = [self._head(), *body]
-        widths = [max(len(line[column]) for line in table) for column in range(6)]
-        lines = []
-        for cells in table:
-            texts = [cells[0].ljust(widths[0])]
-            texts += [text.rjust(width) for text, width in zip(cells[1:6], widths[1:], strict=True)]
-            lines.append("  ".join([*texts, cells[6].ljust(8), cells[7]]).rstrip())
-        return "\n".join([self.title, *lines, *self._foot()])
+        lines = [self._head(), *map(self._cells, self.rows)]
+        form = fitting(lines, "<>>>>>") + "  {:8}  {}"
+        return "\n".join([self.title, text(lines, form), *self._foot()])
 
     def _repr_html_(self) -> str:
-        def line(tag: str, cells: list[str]) -> str:
-            return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
-
-        body = "".join(line("td", self._cells(row)) for row in self.rows)
-        caption = f"<caption>{escape(self.title)}</caption>"
-        foot = "".join(f"<p>{escape(text)}</p>" for text in self._foot())
-        return f"<table>{caption}{line('th', self._head())}{body}</table>{foot}"
+        rows = map(self._cells, self.rows)
+        return html(rows, heads=self._head(), caption=self.title, remarks=self._foot())
 
     @property
     def _reason(self) -> str:

@@ -20,7 +20,8 @@ from vsctrl import loop
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured, Value
-from vsctrl.study.modes import nearest_depth, run, settling, sideways_ratio
+from vsctrl.study.modes import nearest_depth, sideways_ratio
+from vsctrl.study.runs import run, settling
 from vsctrl.symbols import T_s, d, k_ff, kappa, lam, omega, s, tau
 
 Array = NDArray[np.float64]

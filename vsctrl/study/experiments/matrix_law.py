@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from vsctrl import loop
 from vsctrl.servo import Scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured, Value, number
-from vsctrl.study.modes import calibration, run, scales, settling
+from vsctrl.study.modes import calibration, scales
+from vsctrl.study.runs import run, settling
 
 Array = NDArray[np.float64]
 

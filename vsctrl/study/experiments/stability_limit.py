@@ -19,7 +19,8 @@ from vsctrl import loop
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured, Value, number
-from vsctrl.study.modes import gain_limit, kinds, latency, ratios, released, scales
+from vsctrl.study.modes import eigen_directions, eigenvalues, gain_limit, scales
+from vsctrl.study.runs import latency, released
 
 Array = NDArray[np.float64]
 
@@ -76,8 +77,8 @@ def _row(scenario: Scenario) -> Measured:
     d, ratio = scenario.latency_frames, scenario.law.depth_ratio
     exact = gain_limit(scenario)
     late, period = scenario.vision.latency, scenario.vision.period
-    offsets = apart(scenario, lambda mu: float(loop.gain_limit(late, period=period, kappa=mu)))
-    frames = FRAMES * (LONGER if any(mu.imag for mu in ratios(scenario)) else 1)
+    offsets = offsets_of(scenario, lambda mu: float(loop.gain_limit(late, period=period, kappa=mu)))
+    frames = FRAMES * (LONGER if any(mu.imag for mu in eigenvalues(scenario)) else 1)
 
     def rate(gain: float) -> float:
         return max(growth(scenario, gain, along, frames=frames) for along in offsets)
@@ -94,15 +95,15 @@ def _row(scenario: Scenario) -> Measured:
     )
 
 
-def apart(scenario: Scenario, limit: Callable[[complex], float]) -> tuple[Array, ...]:
+def offsets_of(scenario: Scenario, limit: Callable[[complex], float]) -> tuple[Array, ...]:
     """The offsets, (6,) in depths and rad, to let the camera go at, one after the other.
 
     All directions at once, or those of which `limit` of their κ is nearly the least one by one:
     modes that are nearly as slow as the slowest would take as long to die out beside it.
     """
-    found = [(limit(kind.ratio), kind) for kind in kinds(scenario)]
-    least = min(value for value, _ in found)
-    near = tuple(kind.direction for value, kind in found if value <= NEAR * least)
+    limits = [(limit(each.eigenvalue), each.direction) for each in eigen_directions(scenario)]
+    least = min(value for value, _ in limits)
+    near = tuple(direction for value, direction in limits if value <= NEAR * least)
     return near if len(near) > 1 else (scales(scenario),)
 
 

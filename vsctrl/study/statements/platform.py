@@ -10,7 +10,7 @@ from vsctrl import loop, paper
 from vsctrl.servo import Scenario
 from vsctrl.study.statements.law import NOTHING
 from vsctrl.study.statements.runs import Bench, size
-from vsctrl.study.statements.statement import Case, Statement, shown
+from vsctrl.study.statements.statement import Statement, Trial, shown
 
 CLOSE = 0.1  #: share of the slide's length within which a camera is still on its trajectory
 
@@ -36,9 +36,9 @@ def _latency() -> Statement:
         claim="largest stable λ",
         unit="s⁻¹",
         cases=(
-            Case("80 ms late, held over 40 ms", limits[0]),
-            Case("no latency, held over 40 ms", limits[1]),
-            Case("80 ms late, continuous time", smooth),
+            Trial("80 ms late, held over 40 ms", limits[0]),
+            Trial("no latency, held over 40 ms", limits[1]),
+            Trial("80 ms late, continuous time", smooth),
         ),
         sentence="Neither time can be checked, and the law (10) does not know of either. Together "
         f"they leave {limits[0] / limits[1]:.0%} of the gain that the loop could have, and "
@@ -65,7 +65,7 @@ def _inaccurate(bench: Bench) -> Statement:
         says="the depth of the LEDs used in visual servoing “is not accurate”, and yet it works",
         claim=f"|lag| with depths 10 % too small < {CLOSE * length:.0f} mm (10 % of the slide)",
         unit="mm",
-        cases=tuple(Case(name, lag, abs(lag) < CLOSE * length) for name, lag in lags.items()),
+        cases=tuple(Trial(name, lag, abs(lag) < CLOSE * length) for name, lag in lags.items()),
         sentence="Feedback forgives wrong depths in L̂. In the reference image (16) nothing does: "
         f"the camera slides at {1e3 * slide.speed / wrong:.1f} mm/s instead of "
         f"{1e3 * slide.speed:.0f} mm/s, with an error of {seen:.1f} px for the law to see and on "
@@ -87,7 +87,7 @@ def _gain(bench: Bench) -> Statement:
         says="λ = 0.1 on the slide (0.2 on the oscillation), without a unit",
         claim=f"|lag without the term| < 10 % of the {length:.0f} mm slide",
         unit="mm",
-        cases=tuple(Case(n, lag, abs(lag) < CLOSE * length) for n, lag in lags.items()),
+        cases=tuple(Trial(n, lag, abs(lag) < CLOSE * length) for n, lag in lags.items()),
         sentence="Figures 5 and 6 show a camera near its trajectory, which only a gain per sample "
         f"gives: λ = {readings['per 40 ms sample']:g} s⁻¹. Per second the camera ends "
         f"{-lags['per second'] / length:.0%} of the slide behind, and falling further.",
@@ -110,7 +110,7 @@ def _dynamics(bench: Bench) -> Statement:
         claim="term demands more acceleration than the loop without it",
         unit="m/s²",
         cases=tuple(
-            Case(f"{waveform}, {name} the term", value, _more(value, gentle, waveform, name))
+            Trial(f"{waveform}, {name} the term", value, _more(value, gentle, waveform, name))
             for (waveform, name), value in found.items()
         ),
         sentence="The term passes every jump of the reference's velocity on at once: at the "
@@ -145,8 +145,8 @@ def _validated(bench: Bench) -> Statement:
         claim="lag with the term = 0 mm",
         unit="mm",
         cases=(
-            *(Case(f"{name}, as built", lag, abs(lag) < NOTHING) for name, lag in late.items()),
-            Case("all three, reference aligned", worst, abs(worst) < NOTHING),
+            *(Trial(f"{name}, as built", lag, abs(lag) < NOTHING) for name, lag in late.items()),
+            Trial("all three, reference aligned", worst, abs(worst) < NOTHING),
         ),
         sentence="Each camera ends ahead of its reference by the way of 80 ms, whatever the gain. "
         "The law is right; it compares an old image with a new reference.",
@@ -167,7 +167,7 @@ def _depth(bench: Bench) -> Statement:
         return 1e3 * (here - there)
 
     cases = tuple(
-        Case(f"depths {words}, {1e3 * late:g} ms late", by := gained(ratio, late), by < 0)
+        Trial(f"depths {words}, {1e3 * late:g} ms late", by := gained(ratio, late), by < 0)
         for late in (0.0, tau)
         for ratio, words in ((0.9, "10 % too small"), (1.1, "10 % too large"))
     )

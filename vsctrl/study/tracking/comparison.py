@@ -5,9 +5,9 @@ Padé model's and the exact-delay engine's response to the same reference, and t
 six-degree-of-freedom simulation, with the largest disagreement between them. The rooms that
 produce the numbers know nothing of each other; this is where they meet.
 
-What is compared depends on the motion: of a constant twist and on the legs of a triangle the steady
-lag (`Row`), of a sine amplitude and phase (`Wave`), and of whatever is not a constant twist the
-lag at every frame as well (`History`).
+What is compared depends on the motion: of a constant twist and on the legs of a triangle the
+steady lag (`SteadyLag`), of a sine amplitude and phase (`Wave`), and of whatever is not a constant
+twist the lag at every frame as well (`History`).
 """
 
 from __future__ import annotations
@@ -16,8 +16,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from html import escape
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
@@ -27,38 +26,37 @@ from vsctrl.study.tracking.lag_history import History, Missing, history, missing
 from vsctrl.study.tracking.sine_error import Wave, polar, wave
 from vsctrl.study.tracking.steady_lag import (
     PADE_ORDER,
-    Course,
-    Row,
+    SteadyLag,
     allowance,
     millimetres,
     ramp,
     row,
 )
 from vsctrl.study.tracking.triangle import legs
+from vsctrl.tables import Tables, html, text
 
 __all__ = [
     "MOST_FRAMES",
     "PADE_ORDER",
     "Comparison",
-    "Course",
     "History",
     "Missing",
-    "Row",
+    "SteadyLag",
     "Wave",
     "millimetres",
     "polar",
     "validate",
 ]
 
-Found = TypeVar("Found", Row, Wave, History)
+Found = TypeVar("Found", SteadyLag, Wave, History)
 
 LAG, LEG = "steady lag along the motion, mm", "lag at the end of a leg, mm"
 WAVE = "error of the sine, mm ∠ degrees"
 HISTORY = "lag at every frame, mm"
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Tables):
     """Every case of a scenario, and whether all ways agree wherever there is something to compare.
 
     `rows`: the steady lag, of a constant twist or on the legs of a triangle; `waves`: amplitude
@@ -67,7 +65,7 @@ class Comparison:
     """
 
     scenario: Scenario
-    rows: tuple[Row, ...] = ()
+    rows: tuple[SteadyLag, ...] = ()
     waves: tuple[Wave, ...] = ()
     histories: tuple[History, ...] = ()
     note: str = ""
@@ -76,7 +74,7 @@ class Comparison:
     @property
     def agrees(self) -> bool | None:
         """True or False over the cases that can be compared; None where none can."""
-        every: list[Row | Wave | History] = [*self.rows, *self.waves, *self.histories]
+        every: list[SteadyLag | Wave | History] = [*self.rows, *self.waves, *self.histories]
         known = [found.agrees for found in every if found.agrees is not None]
         return all(known) if known else None
 
@@ -103,11 +101,11 @@ class Comparison:
     @property
     def largest_disagreement(self) -> float | None:
         """Over all steady lags or sines that can be compared, m."""
-        every: Sequence[Row | Wave] = self.rows or self.waves
+        every: Sequence[SteadyLag | Wave] = self.rows or self.waves
         known = [found.disagreement for found in every if found.disagreement is not None]
         return max(known, default=None)
 
-    def row(self, *, feedforward: bool, delay: float, placement: str = "measurement") -> Row:
+    def row(self, *, feedforward: bool, delay: float, placement: str = "measurement") -> SteadyLag:
         """The row of one case. Raises InputError where the comparison holds no such case."""
         return _pick(self.rows, feedforward, delay, placement)
 
@@ -155,24 +153,23 @@ class Comparison:
         """What the table of every frame allows and why."""
         return _allowances(self.histories)
 
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
-
-    def __str__(self) -> str:
-        tables = [_text(table) for table in self._tables()]
-        return "\n\n".join([*tables, *self._notes()])
-
-    def _repr_html_(self) -> str:
-        notes = (f"<p>{escape(note)}</p>" for note in self._notes())
-        return "".join([*(_page(table) for table in self._tables()), *notes])
+    def data(self) -> dict[str, Any]:
+        """All rows as JSON takes them, lengths in m, null where there is none."""
+        return {
+            "agrees": self.agrees,
+            "tracking": [row.data() for row in self.rows],
+            "waves": [wave.data() for wave in self.waves],
+            "histories": [history.data() for history in self.histories],
+            "tracking_note": self.note,
+            "left_out": list(self.left_out),
+        }
 
     @property
     def left_out(self) -> tuple[str, ...]:
         """Keys of the scenario that the cases are without (`Scenario.beyond_theory`), dotted."""
         return tuple(self.scenario.beyond_theory)
 
-    def _notes(self) -> list[str]:
+    def _words(self) -> list[str]:
         """What is said below the tables."""
         notes = [self.note] if self.note else []
         if self.left_out and self._tables():
@@ -217,7 +214,19 @@ class _Table:
     heads: list[str]
     body: list[list[str]]
     width: int
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[str, ...]
+
+    def __str__(self) -> str:
+        first = max(44, *(len(cells[0]) + 1 for cells in self.body))
+        form = f"{{:{first}}}" + f"{{:>{self.width}}}" * len(self.heads) + "  {}"
+        return "\n".join([text([[self.title, *self.heads], *self.body], form), *self.remarks])
+
+    def _repr_html_(self) -> str:
+        rows = [
+            [*cells, mark.replace("DISAGREE", "disagree").strip()] for *cells, mark in self.body
+        ]
+        heads = ("case", *self.heads, "")
+        return html(rows, heads=heads, caption=self.title, remarks=self.remarks)
 
 
 def _allowances(every: Sequence[Wave] | Sequence[History]) -> tuple[str, ...]:
@@ -249,7 +258,7 @@ def validate(scenario: Scenario) -> Comparison:
     _check_translates(scenario)
     if scenario.constant_twist is not None:
         return Comparison(scenario, tuple(row(case, ramp)[0] for case in every))
-    rows: list[Row] = []
+    rows: list[SteadyLag] = []
     waves: list[Wave] = []
     histories: list[History] = []
     left: list[Missing] = []
@@ -295,7 +304,7 @@ def _pick(every: Sequence[Found], feedforward: bool, delay: float, placement: st
 
 
 # Tables ----------------------------------------------------------------------------------------
-def _row_cells(row: Row) -> list[str]:
+def _row_cells(row: SteadyLag) -> list[str]:
     values = (row.analytic, row.pade, row.exact, row.simulated)
     return [row.case, *(millimetres(value) for value in values), _mark(row.agrees, row.note)]
 
@@ -318,22 +327,3 @@ def _history_cells(found: History) -> list[str]:
 
 def _mark(agrees: bool | None, note: str) -> str:
     return {True: "agree ", False: "DISAGREE ", None: ""}[agrees] + note
-
-
-def _text(table: _Table) -> str:
-    first = max(44, *(len(cells[0]) + 1 for cells in table.body))
-    lines = [f"{table.title:{first}}" + "".join(f"{h:>{table.width}}" for h in table.heads)]
-    for case, *numbers, mark in table.body:
-        cells = "".join(f"{number:>{table.width}}" for number in numbers)
-        lines.append(f"{case:{first}}{cells}  {mark}".rstrip())
-    return "\n".join([*lines, *table.remarks])
-
-
-def _page(table: _Table) -> str:
-    heads = ("case", *table.heads, "")
-    text = "<tr>" + "".join(f"<th>{escape(head)}</th>" for head in heads) + "</tr>"
-    for cells in table.body:
-        shown = [cell.replace("DISAGREE", "disagree").strip() for cell in cells]
-        text += "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in shown) + "</tr>"
-    words = "".join(f"<p>{escape(remark)}</p>" for remark in table.remarks)
-    return f"<table><caption>{escape(table.title)}</caption>{text}</table>{words}"

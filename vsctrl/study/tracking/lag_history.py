@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +22,9 @@ from vsctrl.servo import Run, Scenario, timing
 from vsctrl.servo.motion.trajectory import Oscillation
 from vsctrl.servo.pose import inverse, log
 from vsctrl.study.modes import nearest_depth
-from vsctrl.study.tracking.cases import Case, is_sideways
+from vsctrl.study.tracking.cases import Case, CaseResult, is_sideways
 from vsctrl.symbols import k_ff
+from vsctrl.tables import finite
 
 Array = NDArray[np.float64]
 
@@ -31,7 +33,7 @@ FLOOR = 10e-6  #: m, below which a first order is not held to its size
 
 
 @dataclass(frozen=True, eq=False)
-class History:
+class History(CaseResult):
     """One case: the lag in m at the times t (n,), predicted and simulated, negative = behind.
 
     Along the motion; of an oscillation along its direction, wherever it moves. `simulated` is
@@ -39,10 +41,6 @@ class History:
     `reason` where it comes from.
     """
 
-    case: str
-    feedforward: bool
-    delay: float  #: s
-    placement: loop.Placement
     t: Array
     predicted: Array
     simulated: Array
@@ -72,25 +70,31 @@ class History:
         """Of the simulated lag over all frames, m."""
         return float(np.sqrt(np.mean(self.simulated**2))) if len(self.simulated) else 0.0
 
+    def data(self) -> dict[str, Any]:
+        """The lag's sizes as JSON takes them; every name ends in its unit."""
+        return super().data() | {
+            "frames": len(self.simulated),
+            "largest_m": self.largest,
+            "rms_m": self.root_mean_square,
+            "disagreement_m": finite(self.disagreement),
+            "allowed_m": self.allowed,
+            "agrees": self.agrees,
+            "reason": self.reason,
+            "note": self.note,
+        }
+
 
 @dataclass(frozen=True)
-class Missing:
+class Missing(CaseResult):
     """A case that has no history, and why."""
 
-    case: str
-    feedforward: bool
-    delay: float  #: s
-    placement: loop.Placement
     note: str
 
 
 def missing(case: Case) -> Missing:
     """The case of a loop that is unstable as sampled, for which no run is worth its while."""
     return Missing(
-        case=case.name,
-        feedforward=case.feedforward,
-        delay=case.delay,
-        placement=case.placement,
+        **case.labels,
         note=f"unstable at {1e3 * case.scenario.vision.period:g} ms sampling",
     )
 
@@ -104,10 +108,7 @@ def history(case: Case, run: Run) -> History:
     n = len(run.t)
     allowed, reason = _allowed(case, scenario)
     return History(
-        case=case.name,
-        feedforward=case.feedforward,
-        delay=case.delay,
-        placement=case.placement,
+        **case.labels,
         t=t,
         predicted=predicted,
         simulated=np.einsum("ki,ki->k", run.lag[:, :3], along[:n]),

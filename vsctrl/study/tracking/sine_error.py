@@ -23,11 +23,12 @@ from vsctrl.diagram import Block, Diagram, Sine
 from vsctrl.servo import Run, Scenario
 from vsctrl.servo.motion.trajectory import Oscillation
 from vsctrl.servo.timing import whole
-from vsctrl.study.modes import settling
-from vsctrl.study.tracking.cases import Case, is_sideways
+from vsctrl.study.runs import settling
+from vsctrl.study.tracking.cases import Case, CaseResult, is_sideways
 from vsctrl.study.tracking.lag_history import held_twin
 from vsctrl.study.tracking.steady_lag import ABSOLUTE, PADE_ORDER, RELATIVE
 from vsctrl.symbols import T_s, d, ell, k_ff, kappa, lam, omega, s, tau
+from vsctrl.tables import finite
 
 if TYPE_CHECKING:
     from vsctrl.diagram.system import System
@@ -42,7 +43,7 @@ POINTS = 64  #: of the exact response that a sine is fitted to
 
 
 @dataclass(frozen=True)
-class Wave:
+class Wave(CaseResult):
     """One case: the steady error as a complex amplitude in m, of a reference A sin ωt.
 
     The error is |z| sin(ωt + arg z). `analytic`: E/S*(jω) A by `formula`; `pade`: the same of
@@ -53,10 +54,6 @@ class Wave:
     simulated that counts as agreement, `reason` where it comes from.
     """
 
-    case: str
-    feedforward: bool
-    delay: float  #: s
-    placement: loop.Placement
     formula: Expr
     analytic: complex | None
     pade: complex | None
@@ -100,6 +97,23 @@ class Wave:
             return False
         return None if self.disagreement is None else self.disagreement <= self.allowed
 
+    def data(self) -> dict[str, Any]:
+        """The row as JSON takes it, amplitudes in m and phases in rad."""
+        polar: dict[str, float | None] = {}
+        for way in ("analytic", "pade", "exact", "sampled", "simulated", "repaired"):
+            value = getattr(self, way)
+            polar[f"{way}_m"] = None if value is None else abs(value)
+            polar[f"{way}_rad"] = None if value is None else cmath.phase(value)
+        return super().data() | {
+            **polar,
+            "formula": str(self.formula),
+            "disagreement_m": finite(self.disagreement),
+            "allowed_m": self.allowed,
+            "agrees": self.agrees,
+            "reason": self.reason,
+            "note": self.note,
+        }
+
 
 def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
     """One case of a sine by all ways, and its simulation where the loop is stable as sampled."""
@@ -130,12 +144,10 @@ def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
             notes.append(f"the simulation ended: {found.status.kind}")
             contradicted = True
     allowed, reason = _allowed(case.scenario, amplitude, sampled, left)
+    unit: Any = omega
     done = Wave(
-        case=case.name,
-        feedforward=case.feedforward,
-        delay=case.delay,
-        placement=case.placement,
-        formula=_formula(case),
+        **case.labels,
+        formula=case.formula(Sine(unit)),
         analytic=analytic,
         pade=pade,
         exact=exact,
@@ -179,15 +191,6 @@ def _allowed(
         "of a motion that turns or changes depth"
     )
     return max(RELATIVE * size, ABSOLUTE), reason
-
-
-def _formula(case: Case) -> Expr:
-    """E/S*(jω) with what is 0 or 1 in this case put in."""
-    known: dict[str, Any] = {} if case.delay else {"tau": 0}
-    known |= {"k_ff": int(case.k_ff)} if case.k_ff in (0.0, 1.0) else {}
-    known |= {"kappa": 1} if case.kappa == 1 else {}
-    unit: Any = omega
-    return loop.tracking_error(Sine(unit), case.placement, **known)
 
 
 def _numbers(case: Case) -> dict[Any, float]:

@@ -10,18 +10,17 @@ import math
 
 import numpy as np
 
-from vsctrl import loop
 from vsctrl.diagram import Ramp, Signal
 from vsctrl.servo.motion.trajectory import Oscillation
 from vsctrl.study.tracking.cases import MOST_FRAMES, Case
-from vsctrl.study.tracking.steady_lag import Course, tolerance
+from vsctrl.study.tracking.steady_lag import ReferenceCourse, tolerance
 
 MOST_LEGS = 40  #: that are answered before the lag is read
 BESIDE = 1e-9  #: of a cycle: a frame that is nearer to a turn is on it
 SHARE = 0.1  #: of the tolerance, that a transient may still make up
 
 
-def legs(reference: Oscillation, case: Case) -> Course:
+def legs(reference: Oscillation, case: Case) -> ReferenceCourse:
     """The triangle of a case's scenario, read at the last frame before its last turn."""
     cycle, period = reference.period, case.scenario.vision.period
     duration = _long_enough(case, reference)
@@ -33,7 +32,7 @@ def legs(reference: Oscillation, case: Case) -> Course:
     before = max((turn for turn in turns if turn <= at), default=0.0)
     sign = float(np.sign(reference.twist(at) @ reference.direction))
     note = _left_over(case, at - before)
-    return Course(triangle(reference, at), at, frames * period, sign, note)
+    return ReferenceCourse(triangle(reference, at), at, frames * period, sign, note)
 
 
 def triangle(reference: Oscillation, until: float) -> Signal:
@@ -63,12 +62,9 @@ def _left_over(case: Case, seconds: float) -> str:
     if not case.is_stable_as_sampled or case.system.unstable_roots:
         return ""
     speed = case.scenario.speed
-    steady = float(
-        loop.tracking_error(Ramp(speed), case.placement, kappa=case.kappa, **case.values)
-    )
     # A turn changes the speed by 2v, and with it the lag by about twice v (τ + 1/κλ).
     size = 2 * speed * (case.delay + 1 / (case.kappa * case.scenario.law.lam))
     left = case.left_after(seconds)
-    if left * size <= SHARE * tolerance(steady):
+    if left * size <= SHARE * tolerance(case.steady_lag):
         return ""
     return f"no steady lag: {seconds:.3g} s into the leg, {100 * left:.2g}% of its turn is left"
