@@ -187,5 +187,5 @@ def _sampled_double_root(samples: Any) -> sp.Expr:
 @cache
 def _delayed_double_root() -> sp.Expr:
     gain = sp.solve(1 + pulse_transfer() * z**-d, lam)[0]
-    at = sp.solve(sp.simplify(sp.diff(gain, z) / z ** (d - 1)), z)[0]
-    return sp.simplify(gain.subs(z, at))
+    root = sp.solve(sp.simplify(sp.diff(gain, z) / z ** (d - 1)), z)[0]
+    return sp.simplify(gain.subs(z, root))

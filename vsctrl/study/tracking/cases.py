@@ -17,9 +17,8 @@ from vsctrl.servo import Run, Scenario, simulate
 from vsctrl.study.modes import characteristic, dominant, gain_limit, sideways_ratio
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from vsctrl.diagram.system import System
+    from vsctrl.symbols import Expr
 
 MOST_FRAMES = 10_000  #: the longest run that waiting for the end of a transient may cost
 _WHERE = {"measurement": "late", "aligned": "late, aligned", "actuator": "late in the actuator"}
@@ -89,7 +88,7 @@ class Case:
         ramp = Ramp(self.scenario.speed)
         return float(loop.tracking_error(ramp, self.placement, kappa=self.kappa, **self.values))
 
-    def formula(self, reference: Signal) -> sp.Expr:
+    def formula(self, reference: Signal) -> Expr:
         """The error on a reference in closed form, what is 0 or 1 in this case put in."""
         known: dict[str, Any] = {} if self.delay else {"tau": 0}
         known |= {"k_ff": int(self.k_ff)} if self.k_ff in (0.0, 1.0) else {}
