@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import GREY, INK, STYLE, WITH, WITHOUT
+from vsctrl.report.plots.style import GREY, INK, STYLE, WITH, WITHOUT, label
 from vsctrl.servo import Run
 from vsctrl.study.statements import Pair, Traces
 from vsctrl.study.statements.runs import EDGE, sideways, size
@@ -143,16 +143,9 @@ def _ends(axes: Axes, pair: Pair, top: float) -> None:
     between = abs(values[0] - values[1]) > 0.15 * top
     for value, other, colour in zip(values, values[::-1], (WITH, WITHOUT), strict=True):
         up = (value < other) == between
-        axes.annotate(
-            f"{value:.1f} px",
-            (float(pair.on.t[-1]), value),
-            xytext=(-2, 5 if up else -5),
-            textcoords="offset points",
-            ha="right",
-            va="bottom" if up else "top",
-            color=colour,
-            fontsize=8.5,
-        )
+        end, shift = (float(pair.on.t[-1]), value), (-2, 5 if up else -5)
+        place: Any = {"ha": "right", "va": "bottom" if up else "top", "fontsize": 8.5}
+        label(axes, f"{value:.1f} px", end, shift, color=colour, **place)
 
 
 def _path(axes: Axes, pair: Pair) -> None:
@@ -173,8 +166,7 @@ def _from_above(axes: Axes, pair: Pair) -> None:
     axes.annotate("cube", (0, 0), ha="center", va="center", color=GREY)
     leds = 1e3 * np.array(pair.on.scenario.target.points)
     axes.plot(leds[:, 0], leds[:, 2], "v", color=GREY, markersize=5)
-    style: Any = {"textcoords": "offset points", "ha": "center", "va": "top", "color": GREY}
-    axes.annotate("LEDs", (0, -edge), (0, -4), **style)
+    label(axes, "LEDs", (0, -edge), (0, -4), ha="center", va="top", color=GREY)
     _path(axes, pair)
     poses = pair.on.reference_pose
     for pose in poses[:: max(1, (len(poses) - 1) // 4)]:

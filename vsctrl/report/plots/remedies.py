@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import EXACT, GREY, INK, STYLE, WITH, WITHOUT
+from vsctrl.report.plots.style import EXACT, GREY, INK, STYLE, WITH, WITHOUT, label
 from vsctrl.study.compensation.results import Remedies, Treated
 from vsctrl.study.experiments.experiment import Measured
 
@@ -75,10 +75,8 @@ def _errors(axes: Axes, rows: tuple[Treated, ...], y: Any) -> None:
     axes.set_xlim(low * ROOM, high * ROOM)
     for i, row in enumerate(rows):
         if row.error is None:
-            axes.annotate(
-                "unstable at this gain", (0, y[i]), (5, 0), textcoords="offset points",
-                va="center", fontsize=8, color=GREY,
-            )  # fmt: skip
+            words = "unstable at this gain"
+            label(axes, words, (0, y[i]), (5, 0), va="center", fontsize=8, color=GREY)
 
 
 def _limits(axes: Axes, rows: tuple[Treated, ...], y: Any, lam: float) -> None:
@@ -90,19 +88,17 @@ def _limits(axes: Axes, rows: tuple[Treated, ...], y: Any, lam: float) -> None:
     if not all(map(math.isnan, simulated)):
         axes.plot(simulated, y, "o", color=WITH, mfc="none", ms=5, label="gain limit, 6-DOF")
     most = ENDLESS * max([lam, *(value for value in sampled if math.isfinite(value))])
-    label = "gain limit, continuous"
+    name = "gain limit, continuous"
     for i, limit in enumerate(limits):
         value = _real(limit.predicted)
         if value <= most:
-            axes.plot([value] * 2, [y[i] - 0.3, y[i] + 0.3], color=INK, lw=1.4, label=label)
+            axes.plot([value] * 2, [y[i] - 0.3, y[i] + 0.3], color=INK, lw=1.4, label=name)
         elif value > most:
-            text = "∞" if math.isinf(value) else f"{value:.3g}"
-            axes.annotate(
-                f"{text} →", (most, y[i]), (-2, 0), textcoords="offset points",
-                ha="right", va="center", fontsize=8, color=INK,
-            )  # fmt: skip
+            words = f"{'∞' if math.isinf(value) else f'{value:.3g}'} →"
+            place: Any = {"ha": "right", "va": "center", "fontsize": 8, "color": INK}
+            label(axes, words, (most, y[i]), (-2, 0), **place)
             continue
-        label = "_"
+        name = "_"
     axes.axvline(lam, color=GREY, ls="--", lw=1.2, label=f"gain of the scenario, {lam:g} s⁻¹")
     axes.set_xlim(0, most)
 

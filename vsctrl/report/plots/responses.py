@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, STYLE, WITH, WITHOUT
+from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, STYLE, WITH, WITHOUT, label
 from vsctrl.servo import Run
 from vsctrl.study.plot_data import Times
 
@@ -37,14 +39,8 @@ def responses(data: Times) -> Figure:
             ramp.plot(data.t, 1e3 * data.ramp_pade[on], color=INK, linewidth=0.8, linestyle=":")
             level = 1e3 * data.steady[on]
             ramp.axhline(level, color=colour, linewidth=0.8, linestyle="--")
-            ramp.annotate(
-                f"{level:+.2f} mm".replace("-", "−"),
-                (data.t[-1], level),
-                xytext=(-2, 4),
-                textcoords="offset points",
-                ha="right",
-                color=colour,
-            )
+            words = f"{level:+.2f} mm".replace("-", "−")
+            label(ramp, words, (data.t[-1], level), (-2, 4), ha="right", color=colour)
         ramp.plot([], [], color=GREY, linestyle="--", linewidth=0.8, label="closed form")
         ramp.plot([], [], color=INK, linestyle=":", linewidth=0.8, label="Padé 4")
         ramp.set(
@@ -65,14 +61,8 @@ def errors(on: Run, off: Run) -> Figure:
             seen = np.linalg.norm(run.measured_error, axis=1)
             axes.plot(run.t, true, color=colour, label=f"{name} derivative term, true")
             axes.plot(run.t, seen, color=colour, linestyle=":", label=f"{name}, as measured")
-            axes.annotate(
-                f"{true[-1]:.1f} px",
-                (run.t[-1], true[-1]),
-                xytext=(-2, 4),
-                textcoords="offset points",
-                ha="right",
-                color=colour,
-            )
+            words, end = f"{true[-1]:.1f} px", (run.t[-1], true[-1])
+            label(axes, words, end, (-2, 4), ha="right", color=colour)
         axes.set(xlabel="t, s", ylabel="E, px", ylim=(0, None), xlim=(0, None))
         axes.margins(y=0.12)
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
@@ -119,15 +109,9 @@ def _end_of_path(axes: Axes, on: Run, off: Run, last: int) -> None:
             continue
         lag = 1e3 * float(run.lag_along_motion[last])
         words = f"{abs(lag):.1f} mm {'behind' if lag < 0 else 'ahead'}"
-        axes.annotate(
-            words if abs(lag) > 5e-3 else "on the reference",
-            (at[0], at[2]),
-            xytext=(0, -9 if below else 9),
-            textcoords="offset points",
-            ha="center",
-            va="top" if below else "bottom",
-            color=colour,
-        )
+        words = words if abs(lag) > 5e-3 else "on the reference"
+        place: Any = {"ha": "center", "va": "top" if below else "bottom", "color": colour}
+        label(axes, words, (at[0], at[2]), (0, -9 if below else 9), **place)
     which = "the end" if len(on.t) == len(off.t) else "the earlier end"
     axes.set(
         xlim=(goal[0] - 1.8 * half, goal[0] + 1.8 * half),

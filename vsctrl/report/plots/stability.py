@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, STYLE, WITH, WITHOUT, phase
+from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, STYLE, WITH, WITHOUT, label, phase
 from vsctrl.study.plot_data import Frequency, Locus
 from vsctrl.study.stability import Stability
 
@@ -35,24 +35,13 @@ def bode(data: Frequency, stability: Stability) -> Figure:
         if margins.gain_crossings:
             omega, left = margins.gain_crossings[0]
             _mark(bottom, omega, -180, math.degrees(left) - 180, WITH)
-            bottom.annotate(
-                f"phase margin {math.degrees(left):.1f}°",
-                (omega, -180),
-                xytext=(0, -4),
-                textcoords="offset points",
-                ha="center",
-                va="top",
-            )
+            words = f"phase margin {math.degrees(left):.1f}°"
+            label(bottom, words, (omega, -180), (0, -4), ha="center", va="top")
         if margins.phase_crossings:
             omega, factor = margins.phase_crossings[0]
             _mark(top, omega, -20 * math.log10(factor), 0, WITHOUT)
-            top.annotate(
-                f"gain margin ×{factor:.2f}",
-                (omega, -10 * math.log10(factor)),
-                xytext=(6, 0),
-                textcoords="offset points",
-                va="center",
-            )
+            middle = -10 * math.log10(factor)
+            label(top, f"gain margin ×{factor:.2f}", (omega, middle), (6, 0), va="center")
         bottom.legend(loc="lower left")
     return figure
 
@@ -71,14 +60,8 @@ def nyquist(data: Frequency, stability: Stability) -> Figure:
         for order, values in data.pade.items():
             axes.plot(values.real, values.imag, color=PADE[order], label=f"Padé {order}")
         axes.plot(data.exact.real, data.exact.imag, color=EXACT, label="exact delay")
-        axes.annotate(
-            f"1/Ms = {distance:.3f}",
-            (-1, distance),
-            xytext=(0, 4),
-            textcoords="offset points",
-            ha="center",
-            color=WITHOUT,
-        )
+        words = f"1/Ms = {distance:.3f}"
+        label(axes, words, (-1, distance), (0, 4), ha="center", color=WITHOUT)
         axes.set(xlim=(-2.2, 1.2), ylim=(-2.2, 1.2), aspect="equal")
         axes.set_xlabel("Re L(jω)")
         axes.set_ylabel("Im L(jω)")
@@ -100,12 +83,12 @@ def root_locus(data: Locus, stability: Stability) -> Figure:
         axes.set(xlim=(-4.5 / tau, 2.4 / tau), ylim=(-9.5 / tau, 9.5 / tau))
         axes.set_xlabel("Re s, rad/s")
         axes.set_ylabel("Im s, rad/s")
-        for label, marker, colour in (
+        for name, marker, colour in (
             ("exact delay", ".", EXACT),
             (f"Padé {data.pade_order}", ".", PADE[4]),
             (f"λ = {stability.scenario.law.lam:g} s⁻¹", "x", WITHOUT),
         ):
-            axes.plot([], [], marker, color=colour, label=label)
+            axes.plot([], [], marker, color=colour, label=name)
         axes.legend(loc="upper right")
     return figure
 

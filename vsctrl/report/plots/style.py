@@ -12,6 +12,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -69,6 +70,11 @@ def to_svg(figure: Figure, title: str, prefix: str) -> str:
     svg = re.sub(r'\bid="', f'id="{prefix}-', svg)
     svg = re.sub(r'(href="#|url\(#)', rf"\g<1>{prefix}-", svg)
     return svg.replace("<svg", f'<svg role="img" aria-label="{title}"', 1)
+
+
+def label(axes: Axes, words: str, point: Any, shift: tuple[float, float], **style: Any) -> None:
+    """Words beside a point (x, y in data), `shift` points right of and above it."""
+    axes.annotate(words, point, shift, textcoords="offset points", **style)
 
 
 def phase(values: Any) -> Array:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from vsctrl import loop
 from vsctrl.servo import Scenario
-from vsctrl.study.experiments.experiment import Experiment, Measured, Value, number
+from vsctrl.study.experiments.experiment import Experiment, Measured
 from vsctrl.study.modes import (
     characteristic,
     dominant,
@@ -45,10 +45,7 @@ class DecayModes(Experiment):
 
     title: ClassVar[str] = "dominant mode of a small offset, rad/s: −rate + frequency j"
     columns: ClassVar[tuple[str, str, str]] = ("continuous", "sampled", "6-DOF")
-
-    def shown(self, value: Value | None) -> str:
-        """A mode as a complex number to five digits after the point."""
-        return number(value, "+.5f")
+    form: ClassVar[str] = "+.5f"
 
 
 def decay_modes(scenario: Scenario, gains: tuple[float, ...] | None = None) -> DecayModes:

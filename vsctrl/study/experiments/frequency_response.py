@@ -22,9 +22,9 @@ from vsctrl.servo import Scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured, Value
 from vsctrl.study.modes import nearest_depth, sideways_ratio
 from vsctrl.study.runs import run, settling
+from vsctrl.study.sine_fit import sine_fit
 from vsctrl.symbols import T_s, d, k_ff, kappa, lam, omega, s, tau
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 AMPLITUDE = 0.02  #: of the motion, in nearest depths
@@ -107,7 +107,7 @@ def _row(scenario: Scenario, feedforward: bool, w: float) -> SineRow:
     )
     simulated = None
     if found.status.ok:
-        simulated = _fitted(found.t[frames:], found.lag[frames:, 0] / amplitude, w)
+        simulated = sine_fit(found.t[frames:], found.lag[frames:, 0] / amplitude, w)
     return SineRow(
         case=f"ω = {w:.4g} rad/s, {'with' if feedforward else 'without'} feed-forward",
         predicted=_theory(scenario, feedforward, held=False)(w),
@@ -119,13 +119,6 @@ def _row(scenario: Scenario, feedforward: bool, w: float) -> SineRow:
         omega=w,
         feedforward=feedforward,
     )
-
-
-def _fitted(t: Array, error: Array, w: float) -> complex:
-    """a + jb of the sine a sin ωt + b cos ωt that fits best: the answer to sin ωt."""
-    basis = np.stack([np.sin(w * t), np.cos(w * t)], axis=-1)
-    a, b = np.linalg.lstsq(basis, error, rcond=None)[0]
-    return complex(a, b)
 
 
 def _gain(scenario: Scenario, feedforward: bool) -> float:

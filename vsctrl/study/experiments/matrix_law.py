@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from vsctrl import loop
 from vsctrl.servo import Scenario
-from vsctrl.study.experiments.experiment import Experiment, Measured, Value, number
+from vsctrl.study.experiments.experiment import Experiment, Measured
 from vsctrl.study.modes import calibration, scales
 from vsctrl.study.runs import run, settling
 
@@ -86,14 +86,7 @@ class MatrixLaw(Experiment):
         "steady lag by the matrix law, mm, + ahead, − behind; rotations count at the nearest depth"
     )
     columns: ClassVar[tuple[str, str, str]] = ("6-DOF as run", "matrix law", "6-DOF, T* → 0")
-
-    def shown(self, value: Value | None) -> str:
-        """A length in mm to the tenth of a micrometre."""
-        return number(None if value is None else 1e3 * value, "+.4f")
-
-    def distance(self, value: float) -> str:
-        """A length in mm."""
-        return super().distance(1e3 * value)
+    scale: ClassVar[float] = 1e3
 
 
 def matrix_law(

@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from vsctrl import loop
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
-from vsctrl.study.experiments.experiment import Experiment, Measured, Value, number
+from vsctrl.study.experiments.experiment import Experiment, Measured
 from vsctrl.study.modes import eigen_directions, eigenvalues, gain_limit, scales
 from vsctrl.study.runs import latency, released
 
@@ -43,10 +43,7 @@ class StabilityEdge(Experiment):
 
     title: ClassVar[str] = "gain limit found by letting the camera go beside its reference, s⁻¹"
     columns: ClassVar[tuple[str, str, str]] = ("continuous", "sampled", "6-DOF")
-
-    def shown(self, value: Value | None) -> str:
-        """A gain to six digits after the point."""
-        return "∞" if value is not None and math.isinf(value.real) else number(value, ".6f")
+    form: ClassVar[str] = ".6f"
 
 
 def stability_edge(

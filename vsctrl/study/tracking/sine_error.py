@@ -16,7 +16,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from vsctrl import loop
 from vsctrl.diagram import Block, Diagram, Sine
@@ -24,6 +24,7 @@ from vsctrl.servo import Run, Scenario
 from vsctrl.servo.motion.trajectory import Oscillation
 from vsctrl.servo.timing import whole
 from vsctrl.study.runs import settling
+from vsctrl.study.sine_fit import sine_fit
 from vsctrl.study.tracking.cases import Case, CaseResult, is_sideways
 from vsctrl.study.tracking.lag_history import held_twin
 from vsctrl.study.tracking.steady_lag import ABSOLUTE, PADE_ORDER, RELATIVE
@@ -140,7 +141,7 @@ def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
         found = case.run(max(case.scenario.motion.duration, (frames + tail) * period))
         if found.status.ok:
             error = found.lag[-tail:, :3] @ reference.direction[:3]
-            simulated = fitted(found.t[-tail:], error, w)
+            simulated = sine_fit(found.t[-tail:], error, w)
         else:
             notes.append(f"the simulation ended: {found.status.kind}")
             contradicted = True
@@ -161,13 +162,6 @@ def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
         contradicted=contradicted,
     )
     return done, found
-
-
-def fitted(t: Array, error: ArrayLike, w: float) -> complex:
-    """a + jb of the sine a sin ωt + b cos ωt that fits best: the answer to sin ωt."""
-    basis = np.stack([np.sin(w * t), np.cos(w * t)], axis=-1)
-    a, b = np.linalg.lstsq(basis, np.asarray(error), rcond=None)[0]
-    return complex(a, b)
 
 
 def polar(value: complex | None) -> str:
@@ -241,4 +235,4 @@ def _settled(system: System, amplitude: float, w: float) -> complex:
     ended = math.log(ENDED) / float(system.poles(1)[0].real)
     t = np.linspace(ended, ended + 2 * math.pi / w, POINTS, endpoint=False)
     response = channel.response(Sine(w, amplitude), t)
-    return fitted(t, response.y.ravel() - amplitude * np.sin(w * t), w)
+    return sine_fit(t, response.y.ravel() - amplitude * np.sin(w * t), w)
