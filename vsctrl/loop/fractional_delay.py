@@ -52,7 +52,7 @@ def limit(periods: float, angle: float = 0.0) -> float:
     grid = np.linspace(0.0, math.pi, GRID * (d + 2) + 1)
     phase = np.array([missing(theta) for theta in grid])
     turns = 2 * math.pi * np.arange(d + 2)
-    found = [
+    limits = [
         gain(brentq(lambda theta, turn=turn: missing(theta) - turn, grid[k], grid[k + 1]))
         for turn in turns
         for k in np.flatnonzero((phase[:-1] - turn) * (phase[1:] - turn) <= 0)
@@ -60,8 +60,8 @@ def limit(periods: float, angle: float = 0.0) -> float:
     # At z = −1 the equation is real, and the phase has nothing to cross.
     alternating = 2 * (-1) ** d / (1 - 2 * f) if f != 0.5 else math.inf
     if not angle and alternating > 0:
-        found.append(alternating)
-    return float(min(found))
+        limits.append(alternating)
+    return float(min(limits))
 
 
 def double_root(periods: float) -> float:

@@ -20,7 +20,7 @@ from vsctrl.study.modes import sideways_ratio
 from vsctrl.symbols import v
 
 if TYPE_CHECKING:
-    import sympy as sp
+    from vsctrl.symbols import Expr
 
 Kind = Literal[
     "none", "aligned", "nulling feed-forward", "preview", "early feed-forward", "PI", "Smith"
@@ -50,12 +50,12 @@ class Remedy:
     limits: Limits = field(repr=False)
 
     @property
-    def formula(self) -> sp.Expr:
+    def formula(self) -> Expr:
         """The steady true error on a ramp of slope v, what is 0 or 1 put in."""
         return self._formula(None, None)
 
     @property
-    def seen_formula(self) -> sp.Expr:
+    def seen_formula(self) -> Expr:
         """The steady error that the law sees on a ramp of slope v."""
         return self._formula(*self.seen)
 
@@ -78,7 +78,7 @@ class Remedy:
         """The loop in continuous time."""
         return self.diagram.at({n: self.values[n] for n in self.diagram.parameters})
 
-    def _formula(self, output: str | None, reference: str | None) -> sp.Expr:
+    def _formula(self, output: str | None, reference: str | None) -> Expr:
         known: dict[str, Any] = {}
         if self.values["k_ff"] in (0.0, 1.0):
             known["k_ff"] = int(self.values["k_ff"])

@@ -32,9 +32,8 @@ from vsctrl.symbols import T_s, d, ell, k_ff, kappa, lam, omega, s, tau
 from vsctrl.tables import finite
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from vsctrl.diagram.system import System
+    from vsctrl.symbols import Expr
 
 Array = NDArray[np.float64]
 
@@ -56,7 +55,7 @@ class Wave(CaseResult):
     simulated that counts as agreement, `reason` where it comes from.
     """
 
-    formula: sp.Expr
+    formula: Expr
     analytic: complex | None
     pade: complex | None
     exact: complex | None

@@ -23,9 +23,9 @@ from vsctrl.tables import finite
 
 if TYPE_CHECKING:
     import control
-    import sympy as sp
 
     from vsctrl.diagram.system import System
+    from vsctrl.symbols import Expr
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ class SteadyLag(CaseResult):
     turns or changes depth, the terms of the lag are right to 1 % each, and may cancel in their sum.
     """
 
-    formula: sp.Expr
+    formula: Expr
     analytic: float | None
     pade: float | None
     exact: float | None
