@@ -140,8 +140,8 @@ def _formulas(result: LoopReport) -> dict[str, Markup]:
     }
 
 
-def _equation(left: str, right: Any) -> Markup:
-    return mathml(f"{left} = {sp.latex(right)}", display=True)
+def _equation(name: str, expr: Any) -> Markup:
+    return mathml(f"{name} = {sp.latex(expr)}", display=True)
 
 
 def _figures(result: LoopReport) -> dict[str, Markup]:

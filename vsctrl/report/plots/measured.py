@@ -24,15 +24,15 @@ def sine_response(response: SineResponse) -> Figure:
             held = response.curve(omega, feedforward=on)
             smooth = response.curve(omega, feedforward=on, held=False)
             dots = [r for r in response.rows if r.feedforward is on and r.simulated is not None]
-            at = np.searchsorted(omega, [row.omega for row in dots])
+            places = np.searchsorted(omega, [row.omega for row in dots])
             values = np.array([row.simulated for row in dots], dtype=complex)
             top.loglog(omega, np.abs(held), color=colour, label=f"{name} feed-forward, sampled")
-            top.loglog(omega[at], np.abs(values), "o", color=colour, mfc="none")
+            top.loglog(omega[places], np.abs(values), "o", color=colour, mfc="none")
             unwound = phase(held)
             bottom.semilogx(omega, unwound, color=colour)
             # Turned with the curve, so that a point is never drawn 360° from it.
-            turned = unwound[at] + np.degrees(np.angle(values / held[at]))
-            bottom.semilogx(omega[at], turned, "o", color=colour, mfc="none")
+            turned = unwound[places] + np.degrees(np.angle(values / held[places]))
+            bottom.semilogx(omega[places], turned, "o", color=colour, mfc="none")
             if np.abs(smooth).max() > NOTHING:
                 thin = {"color": colour, "linestyle": ":", "linewidth": 1.1}
                 top.loglog(omega, np.abs(smooth), **thin)

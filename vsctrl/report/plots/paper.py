@@ -92,8 +92,8 @@ def first_point(traces: Traces) -> Figure:
         grid[0, 0].set_ylabel("X1, px")
         grid[1, 0].set_ylabel("X1 − X1*, px")
         _share(grid[0], "y")
-        late = traces.clean.off
-        bound = 1.9 * float(np.abs(late.measured_error[late.t > 1, 0]).max())
+        off = traces.clean.off
+        bound = 1.9 * float(np.abs(off.measured_error[off.t > 1, 0]).max())
         for axes in grid[1]:  # the start is far outside: what stays is to be seen
             axes.set_ylim(-bound, bound)
         grid[0, 0].plot([], [], color=GREY, linestyle=":", linewidth=1.1, label="as measured")

@@ -59,15 +59,15 @@ def _errors(axes: Axes, rows: tuple[Treated, ...], y: Any) -> None:
         ("error that the law sees", [row.seen for row in rows], WITHOUT, -0.17),
     )
     for name, errors, colour, aside in parts:
-        at = [i for i, error in enumerate(errors) if error is not None]
+        bars = [i for i, error in enumerate(errors) if error is not None]
         some = [error for error in errors if error is not None]
         theory = [1e3 * _real(error.predicted) for error in some]
         axes.barh(
-            y[at] + aside, theory, 0.3, color=colour, alpha=0.35, label=f"{name}, closed form"
+            y[bars] + aside, theory, 0.3, color=colour, alpha=0.35, label=f"{name}, closed form"
         )
         simulated = [1e3 * _real(error.simulated) for error in some]
         axes.plot(
-            simulated, y[at] + aside, "o", color=colour, mfc="none", ms=4.5,
+            simulated, y[bars] + aside, "o", color=colour, mfc="none", ms=4.5,
             label=f"{name}, 6-DOF",
         )  # fmt: skip
     axes.axvline(0, color=INK, linewidth=0.8)

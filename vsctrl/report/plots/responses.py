@@ -103,15 +103,15 @@ def _end_of_path(axes: Axes, on: Run, off: Run, last: int) -> None:
     goal = 1e3 * on.reference_pose[last, :3, 3]
     half = 1.0
     for run, colour, below in ((off, WITHOUT, False), (on, WITH, True)):
-        at = 1e3 * run.pose[last, :3, 3]
-        half = max(half, float(np.abs(at - goal).max()))
+        end = 1e3 * run.pose[last, :3, 3]
+        half = max(half, float(np.abs(end - goal).max()))
         if not run.scenario.speed:
             continue
         lag = 1e3 * float(run.lag_along_motion[last])
         words = f"{abs(lag):.1f} mm {'behind' if lag < 0 else 'ahead'}"
         words = words if abs(lag) > 5e-3 else "on the reference"
         place: Any = {"ha": "center", "va": "top" if below else "bottom", "color": colour}
-        label(axes, words, (at[0], at[2]), (0, -9 if below else 9), **place)
+        label(axes, words, (end[0], end[2]), (0, -9 if below else 9), **place)
     which = "the end" if len(on.t) == len(off.t) else "the earlier end"
     axes.set(
         xlim=(goal[0] - 1.8 * half, goal[0] + 1.8 * half),

@@ -33,9 +33,9 @@ def bode(data: Frequency, stability: Stability) -> Figure:
         bottom.set_ylim(low - 20, -60)
         bottom.set_yticks(np.arange(-90, low - 20, -90)[::-1])
         if margins.gain_crossings:
-            omega, left = margins.gain_crossings[0]
-            _mark(bottom, omega, -180, math.degrees(left) - 180, WITH)
-            words = f"phase margin {math.degrees(left):.1f}°"
+            omega, margin = margins.gain_crossings[0]
+            _mark(bottom, omega, -180, math.degrees(margin) - 180, WITH)
+            words = f"phase margin {math.degrees(margin):.1f}°"
             label(bottom, words, (omega, -180), (0, -4), ha="center", va="top")
         if margins.phase_crossings:
             omega, factor = margins.phase_crossings[0]

@@ -143,11 +143,11 @@ class Remedies(tables.Tables):
 
     def _words(self) -> list[str]:
         notes = dict.fromkeys(row.note for row in self.rows if row.note)
-        left = [
+        lines = [
             f"{note}: {'; '.join(row.name for row in self.rows if row.note == note)}."
             for note in notes
         ]
-        return [*left, *self.notes]
+        return [*lines, *self.notes]
 
 
 def _data(row: Treated) -> dict[str, Any]:

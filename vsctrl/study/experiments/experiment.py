@@ -39,8 +39,8 @@ class Measured:
         """How far the simulation is from exact theory, in their unit; infinite without one."""
         if self.simulated is None:
             return math.inf
-        apart = abs(self.simulated - self.exact)
-        return apart if math.isfinite(apart) else math.inf
+        difference = abs(self.simulated - self.exact)
+        return difference if math.isfinite(difference) else math.inf
 
     @property
     def agrees(self) -> bool:
@@ -105,8 +105,8 @@ class Experiment(Printed):
     @property
     def _reason(self) -> str:
         """Where what is allowed comes from, if that is the same in all rows; else empty."""
-        found = {row.reason for row in self.rows}
-        return found.pop() if len(found) == 1 and len(self.rows) > 1 else ""
+        reasons = {row.reason for row in self.rows}
+        return reasons.pop() if len(reasons) == 1 and len(self.rows) > 1 else ""
 
     def _head(self) -> list[str]:
         noted = not self._reason or any(row.note for row in self.rows)

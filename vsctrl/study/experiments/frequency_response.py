@@ -127,11 +127,11 @@ def _gain(scenario: Scenario, feedforward: bool) -> float:
 
 def _theory(scenario: Scenario, feedforward: bool, held: bool) -> Callable[[float], complex]:
     """E/S* of figure 1 over ω, in continuous time or with the velocity held over a frame."""
-    law, period, late = scenario.law, scenario.vision.period, scenario.vision.latency
+    law, period, latency = scenario.law, scenario.vision.period, scenario.vision.latency
     values = {kappa: sideways_ratio(scenario), lam: law.lam, k_ff: _gain(scenario, feedforward)}
     if held:
         sampled = loop.sampled_sine_error(law.placement)
         sampled = sampled.subs(values | {T_s: period, d: scenario.latency_frames})
         return lambda w: complex(sampled.subs(omega, w))
-    continuous = loop.tracking_transfer(law.placement).subs(values | {tau: late})
+    continuous = loop.tracking_transfer(law.placement).subs(values | {tau: latency})
     return lambda w: complex(continuous.subs(s, 1j * w))

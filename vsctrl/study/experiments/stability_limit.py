@@ -66,29 +66,29 @@ def stability_edge(
     cases = [(d, scenario.law.depth_ratio) for d in frames]
     cases += [(own, ratio) for ratio in depth_ratios]
     period = scenario.vision.period
-    late = [scenario.with_(latency=d * period, depth_ratio=ratio) for d, ratio in cases]
-    return StabilityEdge(scenario, tuple(_row(case) for case in late))
+    scenarios = [scenario.with_(latency=d * period, depth_ratio=ratio) for d, ratio in cases]
+    return StabilityEdge(scenario, tuple(_row(case) for case in scenarios))
 
 
 def _row(scenario: Scenario) -> Measured:
     d, ratio = scenario.latency_frames, scenario.law.depth_ratio
     exact = gain_limit(scenario)
-    late, period = scenario.vision.latency, scenario.vision.period
-    offsets = offsets_of(scenario, lambda mu: float(loop.gain_limit(late, period=period, kappa=mu)))
+    tau, period = scenario.vision.latency, scenario.vision.period
+    offsets = offsets_of(scenario, lambda mu: float(loop.gain_limit(tau, period=period, kappa=mu)))
     frames = FRAMES * (LONGER if any(mu.imag for mu in eigenvalues(scenario)) else 1)
 
     def rate(gain: float) -> float:
         return max(growth(scenario, gain, along, frames=frames) for along in offsets)
 
-    found = search(rate, FIRST / period)
+    limit = search(rate, FIRST / period)
     return Measured(
         case=f"{d} frame{'' if d == 1 else 's'} late, depth ratio {ratio:g}",
         predicted=gain_limit(scenario, sampled=False),
         exact=exact,
-        simulated=found,
+        simulated=limit,
         allowed=ALLOWED * exact,
         reason=REASON,
-        note="" if found is not None else "no change between growth and decay at any gain tried",
+        note="" if limit is not None else "no change between growth and decay at any gain tried",
     )
 
 
@@ -148,8 +148,8 @@ def growth(
         return float(size[out[0]] / out[0])
     if not run.status.ok:
         return math.log(GROWN) / len(size)
-    late = size[len(size) // 3 :]
-    k = np.linspace(-1, 1, len(late))
+    later = size[len(size) // 3 :]
+    k = np.linspace(-1, 1, len(later))
     weight = np.cos(np.pi * k / 2) ** 2
-    slope = (weight * k) @ late / ((weight * k) @ k)
-    return float(slope * 2 / (len(late) - 1))
+    slope = (weight * k) @ later / ((weight * k) @ k)
+    return float(slope * 2 / (len(later) - 1))

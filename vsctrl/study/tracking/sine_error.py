@@ -70,12 +70,12 @@ class Wave(CaseResult):
     @property
     def disagreement(self) -> float | None:
         """The larger of two differences, m: exact − analytic and simulated − sampled."""
-        apart = []
-        for theory, found in ((self.analytic, self.exact), (self.sampled, self.simulated)):
-            if theory is None or found is None:
+        differences = []
+        for theory, measured in ((self.analytic, self.exact), (self.sampled, self.simulated)):
+            if theory is None or measured is None:
                 return None
-            apart.append(abs(found - theory))
-        return max(apart) if np.isfinite(apart).all() else math.inf
+            differences.append(abs(measured - theory))
+        return max(differences) if np.isfinite(differences).all() else math.inf
 
     @property
     def hold(self) -> float | None:
@@ -192,8 +192,8 @@ def _numbers(case: Case) -> dict[Any, float]:
 
 
 def _continuous(case: Case, w: float) -> complex:
-    found = loop.tracking_transfer(case.placement).subs({**_numbers(case), tau: case.delay})
-    return complex(found.subs(s, 1j * w))
+    transfer = loop.tracking_transfer(case.placement).subs({**_numbers(case), tau: case.delay})
+    return complex(transfer.subs(s, 1j * w))
 
 
 def _held(case: Case, w: float) -> complex:
@@ -221,8 +221,8 @@ def _with_hold(placement: loop.Placement) -> Diagram:
     base = loop.diagram(placement)
     (vision,) = (block for block in loop.diagram().blocks if block.output == "S_meas")
     held = vision.expr.subs(tau, T_s / 2)  # e^{−sTₛ/2}
-    late = Block("robot, camera", ell / s * held, f"{base.drivers['S'].inputs[0]} -> S")
-    parts = [late if part.output == "S" else part for part in base.parts]
+    robot = Block("robot, camera", ell / s * held, f"{base.drivers['S'].inputs[0]} -> S")
+    parts = [robot if part.output == "S" else part for part in base.parts]
     return Diagram(parts, inputs=base.inputs, outputs=base.outputs)
 
 
