@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import GREY, INK, STYLE, WITH, WITHOUT
+from vsctrl.report.plots.style import GREY, INK, WITH, WITHOUT, drawing
 from vsctrl.servo import Run
 from vsctrl.study import Comparison, History
 
@@ -23,8 +22,7 @@ def histories(comparison: Comparison, chosen: Sequence[History], runs: Sequence[
     `chosen`: the histories to draw, dots on a line each; `runs`: with and without the derivative
     term. Dashed: the closed form on a leg, or the amplitude of the sine.
     """
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 6.0), layout="constrained")
+    with drawing(7.2, 6.0) as figure:
         grid = figure.add_gridspec(2, 2, height_ratios=(1, 1.4), width_ratios=(1.6, 1))
         image, turn = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
         lag = figure.add_subplot(grid[1, :])

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import GREY, INK, STYLE, WITH, WITHOUT, phase
+from vsctrl.report.plots.style import GREY, INK, WITH, WITHOUT, drawing, phase
 from vsctrl.study.experiments.frequency_response import SineResponse
 
 FINE = 60  #: points of a curve, besides those measured
@@ -17,8 +16,7 @@ def sine_response(response: SineResponse) -> Figure:
     """Amplitude and phase of the error of a sine: the simulator's points over the exact curves."""
     grid = [row.omega for row in response.rows]
     omega = np.union1d(grid, np.geomspace(0.8 * min(grid), max(grid), FINE))
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 5.2), layout="constrained")
+    with drawing(7.2, 5.2) as figure:
         top, bottom = figure.subplots(2, 1, sharex=True)
         for on, colour, name in ((False, WITHOUT, "without"), (True, WITH, "with")):
             held = response.curve(omega, feedforward=on)

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import GREY, INK, STYLE, WITH, WITHOUT, label
+from vsctrl.report.plots.style import GREY, INK, WITH, WITHOUT, drawing, label
 from vsctrl.servo import Run
 from vsctrl.study.statements import Pair, Traces
 from vsctrl.study.statements.runs import EDGE, sideways, size
@@ -27,8 +26,7 @@ LOOK = 120.0  #: mm, length of the line that shows where a camera looks
 
 def error_traces(traces: Traces) -> Figure:
     """Figures 5 and 7: E over time with and without the derivative term, true and as measured."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 3.7), layout="constrained")
+    with drawing(9.0, 3.7) as figure:
         panels, top = figure.subplots(1, 2, sharey=True), _ceiling(traces)
         for axes, pair, title in zip(panels, traces, PANELS, strict=True):
             for run, colour, name in _laws(pair):
@@ -46,8 +44,7 @@ def error_traces(traces: Traces) -> Figure:
 
 def paths(traces: Traces) -> Figure:
     """Figures 6 and 9: the camera's path from above, and how far it is along and across it."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.6, 5.4), layout="constrained")
+    with drawing(9.6, 5.4) as figure:
         grid = figure.add_gridspec(2, 3, width_ratios=(0.75, 1, 1), height_ratios=(1, 1))
         whole = figure.add_subplot(grid[:, 0])
         _from_above(whole, traces.clean)
@@ -74,8 +71,7 @@ def paths(traces: Traces) -> Figure:
 
 def first_point(traces: Traces) -> Figure:
     """Figure 8: the abscissa of the first point and its reference, and the difference enlarged."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 5.4), layout="constrained")
+    with drawing(9.0, 5.4) as figure:
         grid = figure.subplots(2, 2, sharex=True, height_ratios=(1.2, 1))
         for axes, below, pair, title in zip(grid[0], grid[1], traces, PANELS, strict=True):
             below.axhline(0, color=INK, linewidth=THIN)
@@ -106,8 +102,7 @@ def velocities(traces: Traces, rotation: bool = False) -> Figure:
     first, factor = 3 if rotation else 0, 1e3  # mm/s and mrad/s alike
     names = ("Ωx", "Ωy", "Ωz") if rotation else ("Vx", "Vy", "Vz")
     unit = "mrad/s" if rotation else "mm/s"
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 5.4), layout="constrained")
+    with drawing(9.0, 5.4) as figure:
         main = 1 if rotation else 0
         heights = [1.8 if row == main else 1.0 for row in range(3)]
         grid = figure.subplots(3, 2, sharex=True, height_ratios=heights)

@@ -6,12 +6,11 @@ import math
 import textwrap
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import EXACT, GREY, INK, STYLE, WITH, WITHOUT, label
+from vsctrl.report.plots.style import EXACT, GREY, INK, WITH, WITHOUT, drawing, label
 from vsctrl.study.compensation.results import Remedies, Treated
 from vsctrl.study.experiments.experiment import Measured
 
@@ -29,8 +28,7 @@ def remedies(comparison: Remedies) -> Figure:
     """
     rows = comparison.rows[::-1]  # the first one is drawn on top
     y = np.arange(len(rows))
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.4, 1.5 + ROW * len(rows)), layout="constrained")
+    with drawing(9.4, 1.5 + ROW * len(rows)) as figure:
         left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))
         _errors(left, rows, y)
         _limits(right, rows, y, comparison.scenario.law.lam)

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, STYLE, WITH, WITHOUT, label
+from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, WITH, WITHOUT, drawing, label
 from vsctrl.servo import Run
 from vsctrl.study.plot_data import Times
 
 
 def responses(data: Times) -> Figure:
     """The step, what Padé gets wrong of it, and the tracking error on the ramp."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 5.6), layout="constrained")
+    with drawing(7.2, 5.6) as figure:
         grid = figure.add_gridspec(2, 2)
         step, wrong = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
         ramp = figure.add_subplot(grid[1, :])
@@ -53,8 +51,7 @@ def responses(data: Times) -> Figure:
 
 def errors(on: Run, off: Run) -> Figure:
     """Figures 5 and 7 of the paper: image error E with and without k_ff, true and as measured."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 3.8), layout="constrained")
+    with drawing(7.2, 3.8) as figure:
         axes = figure.subplots()
         for run, colour, name in ((off, WITHOUT, "without"), (on, WITH, "with")):
             true = np.linalg.norm(run.error, axis=1)
@@ -74,8 +71,7 @@ def top_view(on: Run, off: Run) -> Figure:
 
     Where one run ends before the other, both cameras and their reference are shown at its end.
     """
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 4.4), layout="constrained")
+    with drawing(7.2, 4.4) as figure:
         whole, end = figure.subplots(1, 2, width_ratios=(1, 1.15))
         last = min(len(on.t), len(off.t)) - 1
         longer = on if len(on.t) > len(off.t) else off

@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
-from vsctrl.report.plots.style import EXACT, INK, STYLE, WITH, WITHOUT, Array, label
+from vsctrl.report.plots.style import EXACT, INK, STYLE, WITH, WITHOUT, Array, drawing, label
 from vsctrl.servo import Run
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.outcome import distance, notice, outcome, side
@@ -31,8 +31,7 @@ GROWTH = 100.0
 
 def run_figure(run: Run) -> Figure:
     """Image plane, errors, twist and lag of a run, with a caption that says what to notice."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.6, 7.6), layout="constrained")
+    with drawing(9.6, 7.6) as figure:
         grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.15), hspace=0.06)
         image_plane(figure.add_subplot(grid[0, 0]), run)
         _errors(figure.add_subplot(grid[0, 1]), run)

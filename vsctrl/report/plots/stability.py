@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import math
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, STYLE, WITH, WITHOUT, label, phase
+from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, WITH, WITHOUT, drawing, label, phase
 from vsctrl.study.plot_data import Frequency, Locus
 from vsctrl.study.stability import Stability
 
 
 def bode(data: Frequency, stability: Stability) -> Figure:
     """Magnitude and phase of the opened loop, exact delay against Padé, margins marked."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 5.0), layout="constrained")
+    with drawing(7.2, 5.0) as figure:
         top, bottom = figure.subplots(2, 1, sharex=True)
         margins = stability.margins
         top.semilogx(data.omega, 20 * np.log10(np.abs(data.exact)), color=EXACT)
@@ -48,8 +46,7 @@ def bode(data: Frequency, stability: Stability) -> Figure:
 
 def nyquist(data: Frequency, stability: Stability) -> Figure:
     """L(jω) in the plane round −1, exact delay against Padé, with the circle of 1/Ms."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(4.9, 4.4), layout="constrained")
+    with drawing(4.9, 4.4) as figure:
         axes = figure.subplots()
         turn = np.exp(1j * np.linspace(0, 2 * np.pi, 361))
         axes.plot(turn.real, turn.imag, color=GREY, linewidth=0.9, linestyle="--")
@@ -71,8 +68,7 @@ def nyquist(data: Frequency, stability: Stability) -> Figure:
 
 def root_locus(data: Locus, stability: Stability) -> Figure:
     """The rightmost characteristic roots as λ grows, exact delay against Padé."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(4.9, 4.4), layout="constrained")
+    with drawing(4.9, 4.4) as figure:
         axes = figure.subplots()
         for branch in data.pade.T:
             axes.plot(branch.real, branch.imag, ".", color=PADE[4], markersize=2.2)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from vsctrl import loop
-from vsctrl.diagram import Diagram, Ramp
+from vsctrl.diagram import Diagram, Ramp, Signal
 from vsctrl.diagram.system import System
 from vsctrl.errors import LimitError
 from vsctrl.servo import Scenario
@@ -52,39 +52,33 @@ class Remedy:
     @property
     def formula(self) -> Expr:
         """The steady true error on a ramp of slope v, what is 0 or 1 put in."""
-        return self._formula(None, None)
+        return self._error(Ramp(v), False, self._simple)
 
     @property
     def seen_formula(self) -> Expr:
         """The steady error that the law sees on a ramp of slope v."""
-        return self._formula(*self.seen)
+        return self._error(Ramp(v), True, self._simple)
 
     def steady(self, slope: float, *, seen: bool = False) -> float:
         """Either of them with all numbers put in, for a slope in m/s."""
-        pair = self.seen if seen else (None, None)
-        known: dict[str, Any] = {
-            name: a for name, a in self.values.items() if name not in ("ell", "ell_hat")
-        }
-        known["kappa"] = self.values["ell"]
-        output, reference = pair
-        return float(
-            loop.steady_error(
-                self.diagram, Ramp(slope), output=output, reference=reference, **known
-            )
-        )
+        known = {name: a for name, a in self.values.items() if name not in ("ell", "ell_hat")}
+        return float(self._error(Ramp(slope), seen, {**known, "kappa": self.values["ell"]}))
 
     @property
     def system(self) -> System:
         """The loop in continuous time."""
         return self.diagram.at({n: self.values[n] for n in self.diagram.parameters})
 
-    def _formula(self, output: str | None, reference: str | None) -> Expr:
-        known: dict[str, Any] = {}
-        if self.values["k_ff"] in (0.0, 1.0):
-            known["k_ff"] = int(self.values["k_ff"])
-        if self.values["ell"] == 1:
-            known["kappa"] = 1
-        return loop.steady_error(self.diagram, Ramp(v), output=output, reference=reference, **known)
+    @property
+    def _simple(self) -> dict[str, Any]:
+        """The parameters that are 0 or 1, as whole numbers."""
+        gain, ratio = self.values["k_ff"], self.values["ell"]
+        known = {"k_ff": int(gain)} if gain in (0.0, 1.0) else {}
+        return known | ({"kappa": 1} if ratio == 1 else {})
+
+    def _error(self, ramp: Signal, seen: bool, known: dict[str, Any]) -> Expr:
+        output, reference = self.seen if seen else (None, None)
+        return loop.steady_error(self.diagram, ramp, output=output, reference=reference, **known)
 
 
 @dataclass(frozen=True)

@@ -59,7 +59,6 @@ class RemedyLimits(Experiment):
     """Gain limits in s⁻¹ over all directions of M = L̂⁺L, one row a remedy."""
 
     title: ClassVar[str] = "gain limit, s⁻¹"
-    columns: ClassVar[tuple[str, str, str]] = ("continuous", "sampled", "6-DOF")
     form: ClassVar[str] = ".4f"
 
 

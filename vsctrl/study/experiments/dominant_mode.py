@@ -44,7 +44,6 @@ class DecayModes(Experiment):
     """Dominant modes in rad/s, decay rate ± j frequency: W₀(−κλτ)/τ, ln z/Tₛ, and as fitted."""
 
     title: ClassVar[str] = "dominant mode of a small offset, rad/s: −rate + frequency j"
-    columns: ClassVar[tuple[str, str, str]] = ("continuous", "sampled", "6-DOF")
     form: ClassVar[str] = "+.5f"
 
 

@@ -62,7 +62,8 @@ class Experiment(Printed):
     rows: tuple[Measured, ...]
 
     title: ClassVar[str]
-    columns: ClassVar[tuple[str, str, str]]  #: names of predicted, exact and simulated
+    #: Names of predicted, exact and simulated.
+    columns: ClassVar[tuple[str, str, str]] = ("continuous", "sampled", "6-DOF")
     scale: ClassVar[float] = 1.0  #: from SI units to those of the title
     form: ClassVar[str] = "+.4f"  #: of a value in the unit of the title
 

@@ -51,7 +51,6 @@ class SineResponse(Experiment):
     rows: tuple[SineRow, ...]
 
     title: ClassVar[str] = "error of a sideways sine, as a share of the motion: amplitude ∠ phase"
-    columns: ClassVar[tuple[str, str, str]] = ("continuous", "sampled", "6-DOF")
 
     def shown(self, value: Value | None) -> str:
         """Amplitude to five digits after the point, phase to a hundredth of a degree."""

@@ -42,7 +42,6 @@ class StabilityEdge(Experiment):
     """Gain limits λ_max in s⁻¹: π/(2κτ), 2 sin(π/(2(2d + 1)))/(κTₛ), and as it was found."""
 
     title: ClassVar[str] = "gain limit found by letting the camera go beside its reference, s⁻¹"
-    columns: ClassVar[tuple[str, str, str]] = ("continuous", "sampled", "6-DOF")
     form: ClassVar[str] = ".6f"
 
 

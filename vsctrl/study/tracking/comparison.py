@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.servo.motion.trajectory import Oscillation
-from vsctrl.study.tracking.cases import MOST_FRAMES, cases, is_sideways
+from vsctrl.study.tracking.cases import cases, is_sideways
 from vsctrl.study.tracking.lag_history import History, Missing, history, missing
 from vsctrl.study.tracking.sine_error import Wave, polar, wave
 from vsctrl.study.tracking.steady_lag import (
@@ -34,19 +34,6 @@ from vsctrl.study.tracking.steady_lag import (
 )
 from vsctrl.study.tracking.triangle import legs
 from vsctrl.tables import Tables, html, text
-
-__all__ = [
-    "MOST_FRAMES",
-    "PADE_ORDER",
-    "Comparison",
-    "History",
-    "Missing",
-    "SteadyLag",
-    "Wave",
-    "millimetres",
-    "polar",
-    "validate",
-]
 
 Found = TypeVar("Found", SteadyLag, Wave, History)
 

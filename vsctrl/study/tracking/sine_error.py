@@ -70,26 +70,21 @@ class Wave(CaseResult):
     @property
     def disagreement(self) -> float | None:
         """The larger of two differences, m: exact − analytic and simulated − sampled."""
-        differences = []
-        for theory, measured in ((self.analytic, self.exact), (self.sampled, self.simulated)):
-            if theory is None or measured is None:
-                return None
-            differences.append(abs(measured - theory))
-        return max(differences) if np.isfinite(differences).all() else math.inf
+        smooth = _distance(self.exact, self.analytic)
+        held = _distance(self.simulated, self.sampled)
+        if smooth is None or held is None:
+            return None
+        return max(smooth, held) if np.isfinite([smooth, held]).all() else math.inf
 
     @property
     def hold(self) -> float | None:
         """What holding the velocity changes, |sampled − analytic| in m."""
-        if self.analytic is None or self.sampled is None:
-            return None
-        return abs(self.sampled - self.analytic)
+        return _distance(self.sampled, self.analytic)
 
     @property
     def left_by_repair(self) -> float | None:
         """What remains of that with half a period put into the formula, m."""
-        if self.repaired is None or self.sampled is None:
-            return None
-        return abs(self.sampled - self.repaired)
+        return _distance(self.sampled, self.repaired)
 
     @property
     def agrees(self) -> bool | None:
@@ -114,6 +109,10 @@ class Wave(CaseResult):
             "reason": self.reason,
             "note": self.note,
         }
+
+
+def _distance(one: complex | None, other: complex | None) -> float | None:
+    return None if one is None or other is None else abs(one - other)
 
 
 def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
