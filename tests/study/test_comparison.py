@@ -9,7 +9,7 @@ from vsctrl.errors import InputError
 from vsctrl.servo import simulate
 from vsctrl.study import validate
 from vsctrl.study.tracking import comparison
-from vsctrl.study.tracking.comparison import millimetres
+from vsctrl.study.tracking.steady_lag import millimetres
 
 SPEED, PERIOD = 0.04, 0.04
 

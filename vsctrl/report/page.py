@@ -27,7 +27,8 @@ from vsctrl.servo.results.outcome import outcome
 from vsctrl.study import LoopReport
 from vsctrl.study.plot_data import curves
 from vsctrl.study.statements import about
-from vsctrl.study.tracking.comparison import PADE_ORDER, millimetres, polar
+from vsctrl.study.tracking.sine_error import polar
+from vsctrl.study.tracking.steady_lag import PADE_ORDER, millimetres
 from vsctrl.symbols import T_s
 
 GENERATOR = "vsctrl"  #: in the page's <meta name="generator">, by which a report knows its own
@@ -140,8 +141,8 @@ def _formulas(result: LoopReport) -> dict[str, Markup]:
     }
 
 
-def _equation(left: str, right: Any) -> Markup:
-    return mathml(f"{left} = {sp.latex(right)}", display=True)
+def _equation(name: str, expr: Any) -> Markup:
+    return mathml(f"{name} = {sp.latex(expr)}", display=True)
 
 
 def _figures(result: LoopReport) -> dict[str, Markup]:

@@ -21,7 +21,7 @@ def tracking(result: LoopReport) -> list[str]:
     # A run that was too short for its transient has a lag, but no steady one.
     latency = result.scenario.vision.latency
     rows = _own_rows(result).items() if comparison.rows else ()
-    own = [row for (_, late), row in rows if late == latency]
+    own = [row for (_, delay), row in rows if delay == latency]
     short = any(row.simulated is not None and row.analytic is None for row in own)
     if comparison.rows and not (comparison.on_legs and short):
         return _steady(result)
@@ -43,8 +43,8 @@ def _steady(result: LoopReport) -> list[str]:
     """Of a constant twist, or at the end of each leg of a triangle."""
     latency, rows = result.scenario.vision.latency, _own_rows(result)
     leg = " on each leg" if result.comparison.on_legs else ""
-    ideal, late = (rows[False, 0.0], rows[True, 0.0]), (rows[False, latency], rows[True, latency])
-    known, settles = (all(_lag(row) is not None for row in pair) for pair in (ideal, late))
+    ideal, own = (rows[False, 0.0], rows[True, 0.0]), (rows[False, latency], rows[True, latency])
+    known, settles = (all(_lag(row) is not None for row in pair) for pair in (ideal, own))
     if not known and not settles:
         return []
     if not latency:
@@ -60,15 +60,15 @@ def _steady(result: LoopReport) -> list[str]:
         ]
     out = [
         f"{_late(result.scenario)} and without the derivative term, the camera settles "
-        f"{_position(late[0])} its reference{leg}; with the derivative term it settles "
-        f"{_position(late[1])} it."
+        f"{_position(own[0])} its reference{leg}; with the derivative term it settles "
+        f"{_position(own[1])} it."
     ]
     if known:
         out[0] += (
             f" Without the latency it would be {_short(ideal[0])} without the term and "
             f"{_short(ideal[1])} with it."
         )
-    if abs(_lag(late[1]) or 0.0) > 1e-5 and (hidden := _hidden(result)):
+    if abs(_lag(own[1]) or 0.0) > 1e-5 and (hidden := _hidden(result)):
         nulling = result.stability.nulling_feedforward
         out.append(
             f"{hidden} Delaying the reference by the same time (aligned) removes the lead{leg}; so "
@@ -81,13 +81,13 @@ def _own_rows(result: LoopReport) -> dict[tuple[bool, float], SteadyLag]:
     """The rows of the scenario's own latency and placement and of none, by k_ff and latency."""
     latency, comparison = result.scenario.vision.latency, result.comparison
     return {
-        (on, late): comparison.row(
+        (on, delay): comparison.row(
             feedforward=on,
-            delay=late,
-            placement=result.scenario.law.placement if late else "measurement",
+            delay=delay,
+            placement=result.scenario.law.placement if delay else "measurement",
         )
         for on in (False, True)
-        for late in (0.0, latency)
+        for delay in (0.0, latency)
     }
 
 
@@ -106,11 +106,11 @@ def _hidden(result: LoopReport) -> str:
     run = result.with_feedforward
     if not run.status.ok or result.scenario.law.placement != "measurement":
         return ""
-    whole = bool(result.comparison.histories)
-    true, seen = (_size_in_image(run, e, whole) for e in ("error", "measured_error"))
+    changes = bool(result.comparison.histories)
+    true, seen = (_size_in_image(run, e, changes) for e in ("error", "measured_error"))
     if not seen < SEEN * true:
         return ""
-    mean = " (median)" if whole else ""
+    mean = " (median)" if changes else ""
     return (
         f"No measured plot shows this: with the derivative term the law sees an error of "
         f"{seen:.1f} px while the true one is {true:.1f} px{mean}, because it compares an old "
@@ -118,11 +118,11 @@ def _hidden(result: LoopReport) -> str:
     )
 
 
-def _size_in_image(run: Run, which: str, whole: bool) -> float:
+def _size_in_image(run: Run, which: str, changes: bool) -> float:
     """E over all points, px: of the last frame, or the median over the later half of a run."""
     e = np.linalg.norm(getattr(run, which), axis=1)
     # A median, which the few frames after a turn do not change.
-    return float(np.median(e[len(e) // 2 :])) if whole else float(e[-1])
+    return float(np.median(e[len(e) // 2 :])) if changes else float(e[-1])
 
 
 # Sines -----------------------------------------------------------------------------------------
@@ -170,26 +170,26 @@ def _swing(wave: Wave) -> str:
     return f"±{_size(abs(value))}{side}"
 
 
-def _placement(comparison: Comparison, late: float) -> str:
+def _placement(comparison: Comparison, delay: float) -> str:
     placement = comparison.scenario.law.placement
-    return "measurement" if placement == "actuator" and not late else placement
+    return "measurement" if placement == "actuator" and not delay else placement
 
 
 # Any motion ------------------------------------------------------------------------------------
 def _at_every_frame(result: LoopReport) -> list[str]:
     own = result.comparison.own_histories
-    sizes = [_largest(one) for one in own if not one.note]
+    sizes = [_largest(history) for history in own if not history.note]
     if len(sizes) < 2:
         return []
-    late = f"{_late(result.scenario)} the" if result.scenario.vision.latency else "The"
+    subject = f"{_late(result.scenario)} the" if result.scenario.vision.latency else "The"
     return [
-        f"The lag changes along this motion. {late} largest is {sizes[0]} without the derivative "
-        f"term, {sizes[1]} with it."
+        f"The lag changes along this motion. {subject} largest is {sizes[0]} without the "
+        f"derivative term, {sizes[1]} with it."
     ]
 
 
-def _largest(one: History) -> str:
-    return f"{_size(one.largest)} ({_size(one.root_mean_square)} root mean square)"
+def _largest(history: History) -> str:
+    return f"{_size(history.largest)} ({_size(history.root_mean_square)} root mean square)"
 
 
 # Agreement -------------------------------------------------------------------------------------
@@ -232,24 +232,24 @@ def _sines_agree(comparison: Comparison) -> str:
 
 def _frames_agree(comparison: Comparison) -> str:
     every = comparison.histories
-    bad = sum(not one.agrees for one in every)
+    bad = sum(not history.agrees for history in every)
     both = len(every) + len(comparison.missing)
     rest = f" that are stable as sampled; {both - len(every)} are not" if comparison.missing else ""
     where = f"in the {len(every)} of {both} cases that are stable as sampled, " if rest else ""
     loop = "figure 1 with its velocity held over a frame"
     if bad:
         return f"Frame by frame the simulation leaves {loop} in {bad} of {len(every)} cases{rest}."
-    within = _close(max(one.disagreement for one in every))
+    within = _close(max(history.disagreement for history in every))
     first = "" if comparison.exact_motion else ", its first order,"
     return f"At every frame the simulation is {where}where {loop}{first} has it, to {within}."
 
 
 # Numbers ---------------------------------------------------------------------------------------
-def _close(apart: float) -> str:
+def _close(difference: float) -> str:
     """A small difference, m, in the unit that suits it."""
-    if apart >= 1e-4:
-        return f"{_digits(1e3 * apart, 2)} mm"
-    return f"{_digits(1e6 * apart, 2)} µm" if apart >= 1e-9 else "less than a nanometre"
+    if difference >= 1e-4:
+        return f"{_digits(1e3 * difference, 2)} mm"
+    return f"{_digits(1e6 * difference, 2)} µm" if difference >= 1e-9 else "less than a nanometre"
 
 
 def _lag(row: SteadyLag) -> float | None:

@@ -49,11 +49,6 @@ def _as_configured(result: LoopReport) -> list[str]:
     ]
 
 
-def _subject(result: LoopReport) -> str:
-    """What is stable or not: the loop of figure 1 alone, where the scenario is more."""
-    return "The loop" if result.as_configured is None else "The loop of figure 1 by itself"
-
-
 def _direction(result: LoopReport) -> str:
     """Which direction a limit is that of, where it is not the motion's own."""
     first, along = result.stability.ratio, result.stability.ratio_along_motion
@@ -66,18 +61,14 @@ def _direction(result: LoopReport) -> str:
     )
 
 
-def _fold(factor: float) -> str:
-    return f"{factor:.2g}-fold" if factor < 100 else f"{factor:.0f}-fold"
-
-
 def _unstable(result: LoopReport) -> str:
     law, period = result.scenario.law, result.scenario.vision.period
-    limits = result.stability.limits
+    limits, kappa = result.stability.limits, result.stability.ratio
+    calibration = "" if kappa == 1 else f" and a calibration with κ = {kappa:.3g}"
     text = (
         f"This loop is unstable: λ = {law.lam:g} s⁻¹ is above {limits.sampled:.2f} s⁻¹, the most "
         f"that {1e3 * result.scenario.vision.latency:g} ms of latency"
-        f"{_calibration(result.stability.ratio)} allow when the velocity is held over "
-        f"{1e3 * period:g} ms"
+        f"{calibration} allow when the velocity is held over {1e3 * period:g} ms"
     )
     if law.lam < limits.continuous < math.inf:
         text += f" (continuous-time theory would still allow {limits.continuous:.2f} s⁻¹)"
@@ -85,15 +76,13 @@ def _unstable(result: LoopReport) -> str:
     return text + _direction(result)
 
 
-def _calibration(ratio: float) -> str:
-    return "" if ratio == 1 else f" and a calibration with κ = {ratio:.3g}"
-
-
 def _headroom(result: LoopReport) -> str:
     lam, limits = result.scenario.law.lam, result.stability.limits
     factor = limits.sampled / lam
+    subject = "The loop" if result.as_configured is None else "The loop of figure 1 by itself"
     text = (
-        f"{_subject(result)} is stable: λ = {lam:g} s⁻¹ may be raised {_fold(factor)}, to "
+        f"{subject} is stable: λ = {lam:g} s⁻¹ may be raised "
+        f"{f'{factor:.2g}' if factor < 100 else f'{factor:.0f}'}-fold, to "
         f"{limits.sampled:.2f} s⁻¹, before it shakes"
     )
     if math.isfinite(limits.continuous) and limits.continuous > 1.01 * limits.sampled:

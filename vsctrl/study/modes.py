@@ -104,17 +104,15 @@ def eigenvalues(scenario: Scenario) -> tuple[complex, ...]:
 
 def critical_eigenvalue(scenario: Scenario) -> complex:
     """The κ of the direction that is unstable first, as sampled."""
-    late, period = scenario.vision.latency, scenario.vision.period
-    return min(eigenvalues(scenario), key=lambda mu: loop.gain_limit(late, period=period, kappa=mu))
+    tau, period = scenario.vision.latency, scenario.vision.period
+    return min(eigenvalues(scenario), key=lambda mu: loop.gain_limit(tau, period=period, kappa=mu))
 
 
 def gain_limit(scenario: Scenario, *, sampled: bool = True) -> float:
     """λ (s⁻¹) from which on the loop is unstable in some direction, held over a frame or not."""
     period = scenario.vision.period if sampled else None
-    late = scenario.vision.latency
-    return min(
-        float(loop.gain_limit(late, period=period, kappa=mu)) for mu in eigenvalues(scenario)
-    )
+    tau = scenario.vision.latency
+    return min(float(loop.gain_limit(tau, period=period, kappa=mu)) for mu in eigenvalues(scenario))
 
 
 # Modes ------------------------------------------------------------------------------------------

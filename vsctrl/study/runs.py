@@ -72,8 +72,8 @@ def settling(scenario: Scenario, what: str) -> tuple[int, float]:
     )
 
 
-def ended(modulus: float, late: int) -> tuple[int, float]:
+def ended(modulus: float, frames_late: int) -> tuple[int, float]:
     """Frames until a mode of this modulus is over, and the share that is left of it then."""
     needed = math.log(ENDED) / math.log(modulus) if modulus > 1e-3 else 4.0
-    frames = min(math.ceil(needed) + 2 * late, MOST_FRAMES)
+    frames = min(math.ceil(needed) + 2 * frames_late, MOST_FRAMES)
     return frames, max(modulus**frames, ENDED)

@@ -88,10 +88,10 @@ def compare_remedies(
     return Remedies(scenario, base.speed, tuple(rows), (*notes, *_explained(base, rows)))
 
 
-def _mismatch(scenario: Scenario, given: float | None) -> float:
+def _mismatch(scenario: Scenario, mismatch: float | None) -> float:
     """How wrong τ̂ is, s: as given, or one video period."""
     period = scenario.vision.period
-    wrong = period if given is None else check.positive("mismatch", given)
+    wrong = period if mismatch is None else check.positive("mismatch", mismatch)
     if wrong > MOST_WRONG * period:
         raise InputError(
             f"mismatch = {wrong:g} s is not usable, as it is more than {MOST_WRONG} video periods; "
@@ -214,17 +214,17 @@ def _limit(scenario: Scenario, remedy: Remedy, search: bool) -> Measured:
     roots = np.concatenate([np.roots(loop.at(sampled)) for loop in loops])
     # What is odd about the loop at its limit, if it is, continuous time has nothing of.
     note = ALTERNATING if (np.abs(roots + 1) < ALTERNATES).any() else ""
-    found = _search(scenario, remedy) if search else None
-    share = ALLOWED_ALIKE if any(mu.imag for mu in mus) else ALLOWED
-    if search and found is None:
+    simulated = _search(scenario, remedy) if search else None
+    tolerance = ALLOWED_ALIKE if any(mu.imag for mu in mus) else ALLOWED
+    if search and simulated is None:
         note = "no change between growth and decay"
     return Measured(
         case=remedy.name,
         predicted=min(known) if len(known) == len(smooth) else None,
         exact=sampled,
-        simulated=found,
-        allowed=share * sampled if search else math.inf,
-        reason=FOUND[share] if search else "not searched for",
+        simulated=simulated,
+        allowed=tolerance * sampled if search else math.inf,
+        reason=FOUND[tolerance] if search else "not searched for",
         note=note,
     )
 

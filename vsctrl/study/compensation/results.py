@@ -13,7 +13,7 @@ from vsctrl import tables
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.study.compensation.compensators import Remedy
-from vsctrl.study.experiments.experiment import Experiment, Measured, Value, number
+from vsctrl.study.experiments.experiment import Experiment, Measured
 
 NUMBERS = ("predicted", "exact", "simulated", "allowed", "agrees", "reason")
 
@@ -37,14 +37,7 @@ class SteadyErrors(Experiment):
     """Steady errors of a ramp in m, positive ahead and negative behind, one row a remedy."""
 
     columns: ClassVar[tuple[str, str, str]] = ("closed form", "exact delay", "6-DOF")
-
-    def shown(self, value: Value | None) -> str:
-        """A length in mm to the tenth of a micrometre."""
-        return number(None if value is None else 1e3 * value, "+.4f")
-
-    def distance(self, value: float) -> str:
-        """A length in mm."""
-        return super().distance(1e3 * value)
+    scale: ClassVar[float] = 1e3
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,11 +59,7 @@ class RemedyLimits(Experiment):
     """Gain limits in s⁻¹ over all directions of M = L̂⁺L, one row a remedy."""
 
     title: ClassVar[str] = "gain limit, s⁻¹"
-    columns: ClassVar[tuple[str, str, str]] = ("continuous", "sampled", "6-DOF")
-
-    def shown(self, value: Value | None) -> str:
-        """A gain to four digits after the point."""
-        return "∞" if value is not None and math.isinf(value.real) else number(value, ".4f")
+    form: ClassVar[str] = ".4f"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,11 +142,11 @@ class Remedies(tables.Tables):
 
     def _words(self) -> list[str]:
         notes = dict.fromkeys(row.note for row in self.rows if row.note)
-        left = [
+        lines = [
             f"{note}: {'; '.join(row.name for row in self.rows if row.note == note)}."
             for note in notes
         ]
-        return [*left, *self.notes]
+        return [*lines, *self.notes]
 
 
 def _data(row: Treated) -> dict[str, Any]:

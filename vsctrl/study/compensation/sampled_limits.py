@@ -25,7 +25,7 @@ NOTHING = 1e-9  #: per frame, a gain that only rounding makes
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class GainPencil:
     """P(z) + λ Q(z) = 0, coefficients with the highest power first, λ in s⁻¹."""
 
     P: Polynomial
@@ -67,45 +67,47 @@ class Held:
         size = np.abs(both).max()
         while len(both) > 1 and abs(np.polyval(both, 1)) < 1e-12 * size:
             both = np.polydiv(both, [1.0, -1.0])[0]
-        found: list[float] = []
+        gains: list[float] = []
         for z in np.roots(both):
             if abs(abs(z) - 1) > ON_CIRCLE:
                 continue
-            at = np.polyval(Q, z / abs(z))
-            gain = float(np.real(-np.polyval(P, z / abs(z)) / at)) if at else 0.0
+            value = np.polyval(Q, z / abs(z))
+            gain = float(np.real(-np.polyval(P, z / abs(z)) / value)) if value else 0.0
             if gain > NOTHING * np.abs(P).max() / np.abs(Q).max():
-                found.append(gain)
-        rising = sorted(found)
-        apart = [b - a > 1e-9 * b for a, b in zip([0.0, *rising], rising, strict=False)]
-        return [gain for gain, new in zip(rising, apart, strict=True) if new]
+                gains.append(gain)
+        rising = sorted(gains)
+        is_new = [b - a > 1e-9 * b for a, b in zip([0.0, *rising], rising, strict=False)]
+        return [gain for gain, new in zip(rising, is_new, strict=True) if new]
 
 
-def plain(latency: float, period: float, kappa: complex = 1.0) -> Held:
+def plain(latency: float, period: float, kappa: complex = 1.0) -> GainPencil:
     """Figure 1: z^{d+1} − z^d + κλTₛ for a latency (s) of d frames of `period` (s)."""
-    n, late = _late(latency / period)
-    return Held(np.polymul(_power(n), [1.0, -1.0]), kappa * period * late)
+    n, delay = _late(latency / period)
+    return GainPencil(np.polymul(_power(n), [1.0, -1.0]), kappa * period * delay)
 
 
-def integral(latency: float, period: float, T_i: float, kappa: complex = 1.0) -> Held:
+def integral(latency: float, period: float, T_i: float, kappa: complex = 1.0) -> GainPencil:
     """With the gain λ(1 + 1/(Tᵢs)), whose integral is the sum up to the frame of now; Tᵢ in s."""
-    n, late = _late(latency / period)
+    n, delay = _late(latency / period)
     law = np.array([1.0 + period / T_i, -1.0])  # (z − 1) + (Tₛ/Tᵢ) z
-    return Held(np.polymul(_power(n), [1.0, -2.0, 1.0]), kappa * period * np.polymul(late, law))
+    return GainPencil(
+        np.polymul(_power(n), [1.0, -2.0, 1.0]), kappa * period * np.polymul(delay, law)
+    )
 
 
-def predicted(latency: float, period: float, tau_hat: float, kappa: complex = 1.0) -> Held:
+def predicted(latency: float, period: float, tau_hat: float, kappa: complex = 1.0) -> GainPencil:
     """With a Smith predictor that believes in a latency τ̂ (s).
 
     1 + λTₛ [κ z^{−d}/(z − 1) + Σ_{j ≤ d̂} z^{−j}] = 0; of τ̂ between two frames the last twist of
     the sum has the share that is left.
     """
-    n, late = _late(latency / period)
+    n, delay = _late(latency / period)
     shares = _shares(tau_hat / period)
     most = max(n, len(shares))
     model = np.polymul(np.concatenate([[0.0], shares]), _power(most - len(shares)))
-    measured = kappa * np.polymul(late, _power(most - n))
+    measured = kappa * np.polymul(delay, _power(most - n))
     loop = np.polyadd(measured, np.polymul([1.0, -1.0], model))
-    return Held(np.polymul(_power(most), [1.0, -1.0]), period * loop)
+    return GainPencil(np.polymul(_power(most), [1.0, -1.0]), period * loop)
 
 
 def _power(n: int) -> Polynomial:

@@ -39,8 +39,8 @@ class Measured:
         """How far the simulation is from exact theory, in their unit; infinite without one."""
         if self.simulated is None:
             return math.inf
-        apart = abs(self.simulated - self.exact)
-        return apart if math.isfinite(apart) else math.inf
+        difference = abs(self.simulated - self.exact)
+        return difference if math.isfinite(difference) else math.inf
 
     @property
     def agrees(self) -> bool:
@@ -62,7 +62,10 @@ class Experiment(Printed):
     rows: tuple[Measured, ...]
 
     title: ClassVar[str]
-    columns: ClassVar[tuple[str, str, str]]  #: names of predicted, exact and simulated
+    #: Names of predicted, exact and simulated.
+    columns: ClassVar[tuple[str, str, str]] = ("continuous", "sampled", "6-DOF")
+    scale: ClassVar[float] = 1.0  #: from SI units to those of the title
+    form: ClassVar[str] = "+.4f"  #: of a value in the unit of the title
 
     @property
     def agrees(self) -> bool:
@@ -76,11 +79,11 @@ class Experiment(Printed):
 
     def shown(self, value: Value | None) -> str:
         """A value as the table prints it, a dash where there is none."""
-        return number(value, "+.4f")
+        return number(None if value is None else self.scale * value, self.form)
 
     def distance(self, value: float) -> str:
         """A disagreement or what is allowed of it, in the unit of the values shown."""
-        return f"{value:.1e}" if math.isfinite(value) else "–"
+        return f"{self.scale * value:.1e}" if math.isfinite(value) else "–"
 
     def data(self) -> dict[str, Any]:
         """The table as JSON takes it; the title names the unit."""
@@ -103,8 +106,8 @@ class Experiment(Printed):
     @property
     def _reason(self) -> str:
         """Where what is allowed comes from, if that is the same in all rows; else empty."""
-        found = {row.reason for row in self.rows}
-        return found.pop() if len(found) == 1 and len(self.rows) > 1 else ""
+        reasons = {row.reason for row in self.rows}
+        return reasons.pop() if len(reasons) == 1 and len(self.rows) > 1 else ""
 
     def _head(self) -> list[str]:
         noted = not self._reason or any(row.note for row in self.rows)
@@ -128,10 +131,10 @@ class Experiment(Printed):
 def number(value: Value | None, form: str) -> str:
     """A number in the given format, a complex one with its imaginary part if that shows.
 
-    A dash where there is none, and never a negative zero.
+    A dash where there is none, ∞ where nothing limits, and never a negative zero.
     """
-    if value is None:
-        return "–"
+    if value is None or math.isinf(value.real):
+        return "–" if value is None else "∞"
     real, imag = (_unsigned_zero(format(part, form)) for part in (value.real, value.imag))
     return real if float(imag) == 0 else f"{real}{imag}j"
 

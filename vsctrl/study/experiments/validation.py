@@ -35,8 +35,8 @@ class Validation(tables.Tables):
     @property
     def parts(self) -> tuple[Part, ...]:
         """The experiments that there are, in the order of the table."""
-        found = (self.ramp, self.edge, self.decay, self.matrix, self.sine)
-        return tuple(part for part in found if part is not None)
+        parts = (self.ramp, self.edge, self.decay, self.matrix, self.sine)
+        return tuple(part for part in parts if part is not None)
 
     @property
     def agrees(self) -> bool:

@@ -60,8 +60,8 @@ def _zero(bench: Bench, slide: Scenario) -> Statement:
         Trial(name, found := 1e3 * bench.lag(slide.with_(**changes)), abs(found) < NOTHING)
         for name, changes in (*LATENCIES, ALIGNED)
     )
-    late = bench(slide)
-    true, seen = (float((e[-1] @ e[-1]) ** 0.5) for e in (late.error, late.measured_error))
+    run = bench(slide)
+    true, seen = (float((e[-1] @ e[-1]) ** 0.5) for e in (run.error, run.measured_error))
     null = float(loop.nulling_feedforward(lam=slide.law.lam, tau=slide.vision.latency, kappa=1))
     return Statement(
         where="§2, figure 1",

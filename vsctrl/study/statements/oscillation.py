@@ -34,17 +34,17 @@ def _random(bench: Bench) -> Statement:
         times = []
         for seed in range(STARTS):
             run = bench(base.with_(k_ff=k_ff, offset=random_start(seed)))
-            apart = size(run.features - undisturbed)
-            times.append(last_outside(run.t, apart, REACHED))
+            difference = size(run.features - undisturbed)
+            times.append(last_outside(run.t, difference, REACHED))
         return max(times)
 
-    found = {name: slowest(k_ff) for name, k_ff in (("with", 1.0), ("without", 0.0))}
+    times_s = {name: slowest(k_ff) for name, k_ff in (("with", 1.0), ("without", 0.0))}
     return Statement(
         where="§4.1, figure 7",
         says="the trajectory “starts at random position”",
         claim="forgotten within 3 s",
         unit="s",
-        cases=tuple(Trial(f"{n} the term", t, bool(np.isfinite(t))) for n, t in found.items()),
+        cases=tuple(Trial(f"{n} the term", t, bool(np.isfinite(t))) for n, t in times_s.items()),
         sentence=f"Of {STARTS} starts within 6 cm and 4° of the reference this is the slowest. The "
         "derivative term has no part in it. Which start the paper had is not printed.",
         how="simulated oscillation at λ = 5 s⁻¹, time until the image stays within 1 px of that of "

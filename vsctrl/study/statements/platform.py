@@ -28,7 +28,7 @@ def conclusion(bench: Bench) -> tuple[Statement, ...]:
 def _latency() -> Statement:
     vision = paper.sliding().vision
     tau, period = vision.latency, vision.period
-    limits = [float(loop.gain_limit(late, period=period)) for late in (tau, 0.0)]
+    limits = [float(loop.gain_limit(latency, period=period)) for latency in (tau, 0.0)]
     smooth = float(loop.gain_limit(tau))
     return Statement(
         where="§4",
@@ -97,13 +97,13 @@ def _gain(bench: Bench) -> Statement:
 
 def _dynamics(bench: Bench) -> Statement:
     """Jumps of the command after the start, as accelerations over one video period."""
-    found = {}
+    jumps = {}
     for waveform in ("triangle", "sine"):
         for name, run in zip(("with", "without"), bench.pair(_oscillation(waveform)), strict=True):
             V, half = run.command[:, 0], run.scenario.motion.duration / 2
             jump = np.abs(np.diff(V))[run.t[1:] > half].max()
-            found[waveform, name] = float(jump / run.scenario.vision.period)
-    gentle = found["triangle", "without"]
+            jumps[waveform, name] = float(jump / run.scenario.vision.period)
+    gentle = jumps["triangle", "without"]
     return Statement(
         where="§4.2, end",
         says="the law cannot be used “in all cases”: the dynamics of the robot must be respected",
@@ -111,10 +111,10 @@ def _dynamics(bench: Bench) -> Statement:
         unit="m/s²",
         cases=tuple(
             Trial(f"{waveform}, {name} the term", value, _more(value, gentle, waveform, name))
-            for (waveform, name), value in found.items()
+            for (waveform, name), value in jumps.items()
         ),
         sentence="The term passes every jump of the reference's velocity on at once: at the "
-        f"triangle's turns {found['triangle', 'with'] / gentle:.1f} times what feedback alone "
+        f"triangle's turns {jumps['triangle', 'with'] / gentle:.1f} times what feedback alone "
         "asks. A smooth reference costs nothing: on the sine both ask the same.",
         how="simulated oscillation, largest change of the commanded velocity between two frames "
         "of the second half, over 40 ms",
@@ -136,7 +136,7 @@ def _validated(bench: Bench) -> Statement:
         "oscillation": paper.oscillation,
         "rotation": paper.rotation,
     }
-    late = {name: 1e3 * bench.lag(make()) for name, make in motions.items()}
+    lags = {name: 1e3 * bench.lag(make()) for name, make in motions.items()}
     aligned = {n: 1e3 * bench.lag(make(placement="aligned")) for n, make in motions.items()}
     worst = max(aligned.values(), key=abs)
     return Statement(
@@ -145,7 +145,7 @@ def _validated(bench: Bench) -> Statement:
         claim="lag with the term = 0 mm",
         unit="mm",
         cases=(
-            *(Trial(f"{name}, as built", lag, abs(lag) < NOTHING) for name, lag in late.items()),
+            *(Trial(f"{name}, as built", lag, abs(lag) < NOTHING) for name, lag in lags.items()),
             Trial("all three, reference aligned", worst, abs(worst) < NOTHING),
         ),
         sentence="Each camera ends ahead of its reference by the way of 80 ms, whatever the gain. "
@@ -160,19 +160,19 @@ def _depth(bench: Bench) -> Statement:
     slide = paper.sliding()
     lam, tau = slide.law.lam, slide.vision.latency
 
-    def gained(ratio: float, late: float) -> float:
-        there, here = (
-            abs(bench.lag(slide.with_(depth_ratio=rho, latency=late))) for rho in (ratio, 1.0)
+    def gained(ratio: float, latency: float) -> float:
+        wrong, right = (
+            abs(bench.lag(slide.with_(depth_ratio=rho, latency=latency))) for rho in (ratio, 1.0)
         )
-        return 1e3 * (here - there)
+        return 1e3 * (right - wrong)
 
     cases = tuple(
-        Trial(f"depths {words}, {1e3 * late:g} ms late", by := gained(ratio, late), by < 0)
-        for late in (0.0, tau)
+        Trial(f"depths {words}, {1e3 * latency:g} ms late", by := gained(ratio, latency), by < 0)
+        for latency in (0.0, tau)
         for ratio, words in ((0.9, "10 % too small"), (1.1, "10 % too large"))
     )
     lucky = 1 / (1 + lam * tau)
-    left = 1e3 * bench.lag(slide.with_(depth_ratio=lucky))
+    lag = 1e3 * bench.lag(slide.with_(depth_ratio=lucky))
     return Statement(
         where="§5, §4",
         says="a better estimation of the depth “should improve the accuracy”",
@@ -180,7 +180,7 @@ def _depth(bench: Bench) -> Statement:
         unit="mm",
         cases=cases,
         sentence="With the late image two errors can cancel: depths that are "
-        f"{1 - lucky:.0%} too small leave a lag of {shown(left, 'mm')}, and getting them right "
+        f"{1 - lucky:.0%} too small leave a lag of {shown(lag, 'mm')}, and getting them right "
         f"brings back the lead of {1e3 * slide.speed * tau:.1f} mm. Calibrate latency first.",
         how="simulated slide with the derivative term, |lag| at right depths minus that at wrong",
     )

@@ -13,7 +13,7 @@ from vsctrl.servo.pose import from_euler_xyz
 from vsctrl.study.statements.runs import Bench, as_measured, last_outside, sideways, size
 from vsctrl.study.statements.statement import Statement, Trial, shown
 
-CLOSE = 0.01  #: share of the slide's length that counts as close to the trajectory
+CLOSE = 0.01  #: share of the path's length that counts as close to the trajectory
 SEED = 1  #: of the noise and the start in the runs that are as measured
 SPREAD, FAR_APART = 0.02, 0.1  #: by which depths are too large or too small, as a share
 DIAGONAL = np.array([1.0, -1.0, 1.0, -1.0])  #: which of them is which
@@ -119,8 +119,8 @@ def _convergence(bench: Bench) -> Statement:
         return tuple((run.t, run.lag_along_motion) for run in pair)
 
     def rate(t: np.ndarray, lag: np.ndarray) -> float:
-        left = np.abs(lag - lag[-1])
-        return float(np.log(left[25] / left[50]) / (t[50] - t[25]))
+        distance = np.abs(lag - lag[-1])
+        return float(np.log(distance[25] / distance[50]) / (t[50] - t[25]))
 
     def faster(side: float) -> float:
         on, off = (last_outside(t, lag, threshold) for t, lag in runs(side))
@@ -129,13 +129,13 @@ def _convergence(bench: Bench) -> Statement:
     rates = [rate(*each) for each in runs(-aside)]
     speeds = [rates[0] / rates[1], faster(-aside), faster(aside)]
     names = ("decay rate", "time to within 15 mm, from behind", "time to within 15 mm, from ahead")
-    found = zip(names, speeds, strict=True)
+    pairs = zip(names, speeds, strict=True)
     return Statement(
         where="§4.1, figure 5",
         says="with the derivative term the convergence “is faster”",
         claim="speed-up by the term > 1",
         unit="",
-        cases=tuple(Trial(name, value, value > 1 + 1e-6) for name, value in found),
+        cases=tuple(Trial(name, value, value > 1 + 1e-6) for name, value in pairs),
         sentence="Feed-forward does not move the poles: the transient decays at the same "
         f"{rates[0]:.2f} s⁻¹ with and without. What changes is where it ends, so that a threshold "
         "is reached sooner from behind and later from ahead.",
@@ -144,26 +144,29 @@ def _convergence(bench: Bench) -> Statement:
 
 
 def _close(bench: Bench) -> Statement:
-    base = paper.sliding()
-    bound = CLOSE * base.speed * base.motion.duration
-    traces = bench.traces(base, SEED)
-    cases = []
-    for kind, pair in zip(("clean", "as measured"), traces, strict=True):
-        for name, run in zip(("with", "without"), pair, strict=True):
-            off = float(np.abs(sideways(run))[run.t > 3].max())
-            cases.append(Trial(f"{name} the term, {kind}", 1e3 * off, off < bound))
-    behind = 1e3 * bench.lag(base.with_(k_ff=0.0))
+    bound, cases, behind = beside_path(bench, paper.sliding())
     return Statement(
         where="§4.1, figure 6",
         says="in both cases the trajectory is “close to the desired trajectory”",
-        claim=f"distance from the path < {1e3 * bound:.1f} mm (1 %)",
+        claim=f"distance from the path < {bound:.1f} mm (1 %)",
         unit="mm",
-        cases=tuple(cases),
+        cases=cases,
         sentence="A top view cannot tell the laws apart: a lag lies along the path. The camera "
         f"that is {shown(-behind, 'mm')} late without the term is on the path all the time.",
         how="simulated slide, largest distance from the path in the top view after 3 s; as "
         "measured: wrong depths and focal length, noise, start beside the reference",
     )
+
+
+def beside_path(bench: Bench, base: Scenario) -> tuple[float, tuple[Trial, ...], float]:
+    """How far from its path a camera is in the top view: the bound, the trials, and the lag; mm."""
+    bound = CLOSE * base.speed * base.motion.duration
+    trials = []
+    for kind, pair in zip(("clean", "as measured"), bench.traces(base, SEED), strict=True):
+        for name, run in zip(("with", "without"), pair, strict=True):
+            off = float(np.abs(sideways(run))[run.t > 3].max())
+            trials.append(Trial(f"{name} the term, {kind}", 1e3 * off, off < bound))
+    return 1e3 * bound, tuple(trials), 1e3 * bench.lag(base.with_(k_ff=0.0))
 
 
 def _disturbances(bench: Bench) -> Statement:

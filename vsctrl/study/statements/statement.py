@@ -65,10 +65,10 @@ class Statement:
     @property
     def verdict(self) -> Verdict:
         """What the cases say together."""
-        found = {case.holds for case in self.cases} - {None}
-        if not found:
+        answers = {case.holds for case in self.cases} - {None}
+        if not answers:
             return "not checkable"
-        return "depends" if len(found) == 2 else "confirmed" if True in found else "refuted"
+        return "depends" if len(answers) == 2 else "confirmed" if True in answers else "refuted"
 
     def case(self, condition: str) -> Trial:
         """The case of a condition. Raises KeyError where there is no such case."""

@@ -41,9 +41,9 @@ class Case:
     @property
     def name(self) -> str:
         """The case in words, as a table names it."""
-        late = f"{1e3 * self.delay:g} ms {_WHERE[self.placement]}" if self.delay else "no latency"
-        late += ", aligned" if self.placement == "aligned" and not self.delay else ""
-        return f"{'with' if self.k_ff else 'without'} feed-forward, {late}"
+        words = f"{1e3 * self.delay:g} ms {_WHERE[self.placement]}" if self.delay else "no latency"
+        words += ", aligned" if self.placement == "aligned" and not self.delay else ""
+        return f"{'with' if self.k_ff else 'without'} feed-forward, {words}"
 
     @property
     def labels(self) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.servo.motion.trajectory import Oscillation
-from vsctrl.study.tracking.cases import MOST_FRAMES, cases, is_sideways
+from vsctrl.study.tracking.cases import cases, is_sideways
 from vsctrl.study.tracking.lag_history import History, Missing, history, missing
 from vsctrl.study.tracking.sine_error import Wave, polar, wave
 from vsctrl.study.tracking.steady_lag import (
@@ -34,19 +34,6 @@ from vsctrl.study.tracking.steady_lag import (
 )
 from vsctrl.study.tracking.triangle import legs
 from vsctrl.tables import Tables, html, text
-
-__all__ = [
-    "MOST_FRAMES",
-    "PADE_ORDER",
-    "Comparison",
-    "History",
-    "Missing",
-    "SteadyLag",
-    "Wave",
-    "millimetres",
-    "polar",
-    "validate",
-]
 
 Found = TypeVar("Found", SteadyLag, Wave, History)
 
@@ -74,8 +61,8 @@ class Comparison(Tables):
     @property
     def agrees(self) -> bool | None:
         """True or False over the cases that can be compared; None where none can."""
-        every: list[SteadyLag | Wave | History] = [*self.rows, *self.waves, *self.histories]
-        known = [found.agrees for found in every if found.agrees is not None]
+        rows: list[SteadyLag | Wave | History] = [*self.rows, *self.waves, *self.histories]
+        known = [row.agrees for row in rows if row.agrees is not None]
         return all(known) if known else None
 
     @property
@@ -91,18 +78,17 @@ class Comparison(Tables):
     @property
     def own_histories(self) -> tuple[History, ...]:
         """Those with the scenario's own latency and placement: without feed-forward and with it."""
-        late, placement = self.scenario.vision.latency, self.scenario.law.placement
-        if not late and placement == "actuator":
+        latency, placement = self.scenario.vision.latency, self.scenario.law.placement
+        if not latency and placement == "actuator":
             placement = "measurement"  # there is one case for both without latency
-        return tuple(
-            one for one in self.histories if (one.delay, one.placement) == (late, placement)
-        )
+        wanted = (latency, placement)
+        return tuple(each for each in self.histories if (each.delay, each.placement) == wanted)
 
     @property
     def largest_disagreement(self) -> float | None:
         """Over all steady lags or sines that can be compared, m."""
-        every: Sequence[SteadyLag | Wave] = self.rows or self.waves
-        known = [found.disagreement for found in every if found.disagreement is not None]
+        rows: Sequence[SteadyLag | Wave] = self.rows or self.waves
+        known = [row.disagreement for row in rows if row.disagreement is not None]
         return max(known, default=None)
 
     def row(self, *, feedforward: bool, delay: float, placement: str = "measurement") -> SteadyLag:
@@ -140,11 +126,11 @@ class Comparison(Tables):
         if not holds:
             return out
         most = max(w.hold or 0.0 for w in holds)
-        left = max(w.left_by_repair or 0.0 for w in holds)
+        remaining = max(w.left_by_repair or 0.0 for w in holds)
         text = (
             f"The closed form is up to {1e3 * most:.3f} mm off the sampled loop: it does not know "
             "that the velocity is held over a frame, which acts like half a period more of latency "
-            f"in the actuator. With that put into it, {1e3 * left:.1e} mm are left."
+            f"in the actuator. With that put into it, {1e3 * remaining:.1e} mm are left."
         )
         return (*out, text.replace("e-", "e−"))
 
@@ -180,7 +166,7 @@ class Comparison(Tables):
         """Those that have rows."""
         pade = f"Padé {PADE_ORDER}"
         without = [[o.case, *"––––", o.note] for o in self.missing] if self.histories else []
-        found = [
+        tables = [
             _Table(
                 LEG if self.on_legs else LAG,
                 ["closed form", pade, "exact delay", "6-DOF"],
@@ -203,7 +189,7 @@ class Comparison(Tables):
                 self.remarks_on_histories,
             ),
         ]
-        return [table for table in found if table.body]
+        return [table for table in tables if table.body]
 
 
 @dataclass(frozen=True)
@@ -229,11 +215,11 @@ class _Table:
         return html(rows, heads=heads, caption=self.title, remarks=self.remarks)
 
 
-def _allowances(every: Sequence[Wave] | Sequence[History]) -> tuple[str, ...]:
+def _allowances(rows: Sequence[Wave] | Sequence[History]) -> tuple[str, ...]:
     """What is allowed and why, a sentence for each reason."""
     out = []
-    for reason in dict.fromkeys(found.reason for found in every):
-        most = max(found.allowed for found in every if found.reason == reason)
+    for reason in dict.fromkeys(each.reason for each in rows):
+        most = max(each.allowed for each in rows if each.reason == reason)
         out.append(f"Allowed are {1e3 * most:.1e} mm, {reason}.".replace("e-", "e−"))
     return tuple(out)
 
@@ -261,23 +247,23 @@ def validate(scenario: Scenario) -> Comparison:
     rows: list[SteadyLag] = []
     waves: list[Wave] = []
     histories: list[History] = []
-    left: list[Missing] = []
+    unstable: list[Missing] = []
     for case in every:
         run = None
         if not isinstance(reference, Oscillation):
             run = case.run() if case.is_stable_as_sampled else None
         elif reference.waveform == "triangle":
-            found, run = row(case, partial(legs, reference))
-            rows.append(found)
+            lag, run = row(case, partial(legs, reference))
+            rows.append(lag)
         else:
             sine, run = wave(case, reference)
             waves.append(sine)
         if run is not None:
             histories.append(history(case, run))
         elif not case.is_stable_as_sampled:
-            left.append(missing(case))
+            unstable.append(missing(case))
     note = "" if rows or waves or histories else "No case is stable as sampled: none has a lag."
-    return Comparison(scenario, tuple(rows), tuple(waves), tuple(histories), note, tuple(left))
+    return Comparison(scenario, tuple(rows), tuple(waves), tuple(histories), note, tuple(unstable))
 
 
 def _check_translates(scenario: Scenario) -> None:
@@ -291,12 +277,12 @@ def _check_translates(scenario: Scenario) -> None:
     )
 
 
-def _pick(every: Sequence[Found], feedforward: bool, delay: float, placement: str) -> Found:
-    for found in every:
-        same = (found.feedforward, found.placement) == (feedforward, placement)
-        if same and math.isclose(found.delay, delay, abs_tol=1e-12):
-            return found
-    known = ", ".join(dict.fromkeys(found.case for found in every)) or "none"
+def _pick(rows: Sequence[Found], feedforward: bool, delay: float, placement: str) -> Found:
+    for each in rows:
+        same = (each.feedforward, each.placement) == (feedforward, placement)
+        if same and math.isclose(each.delay, delay, abs_tol=1e-12):
+            return each
+    known = ", ".join(dict.fromkeys(each.case for each in rows)) or "none"
     raise InputError(
         f"comparison: there is no case with delay {delay} s and placement {placement!r}; "
         f"it has {known}."
@@ -309,19 +295,19 @@ def _row_cells(row: SteadyLag) -> list[str]:
     return [row.case, *(millimetres(value) for value in values), _mark(row.agrees, row.note)]
 
 
-def _wave_cells(found: Wave) -> list[str]:
-    values = (found.analytic, found.exact, found.sampled, found.simulated)
-    return [found.case, *(polar(value) for value in values), _mark(found.agrees, found.note)]
+def _wave_cells(wave: Wave) -> list[str]:
+    values = (wave.analytic, wave.exact, wave.sampled, wave.simulated)
+    return [wave.case, *(polar(value) for value in values), _mark(wave.agrees, wave.note)]
 
 
-def _history_cells(found: History) -> list[str]:
-    sizes = (found.largest, found.root_mean_square)
-    apart = (found.disagreement, found.allowed)
+def _history_cells(history: History) -> list[str]:
+    sizes = (history.largest, history.root_mean_square)
+    limits = (history.disagreement, history.allowed)
     return [
-        found.case,
+        history.case,
         *(f"{1e3 * size:.3f}" for size in sizes),
-        *(f"{1e3 * size:.1e}".replace("-", "−") if math.isfinite(size) else "–" for size in apart),
-        _mark(found.agrees, found.note),
+        *(f"{1e3 * size:.1e}".replace("-", "−") if math.isfinite(size) else "–" for size in limits),
+        _mark(history.agrees, history.note),
     ]
 
 

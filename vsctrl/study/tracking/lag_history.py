@@ -149,15 +149,15 @@ def held_twin(case: Case) -> SampledSystem:
     """
     placement = "measurement" if case.is_late_between_frames else case.placement
     values = {**case.values, "ell": case.kappa, "ell_hat": 1.0}
-    return _driven_apart(placement).at(values).sampled(case.scenario.vision.period, hold="T")
+    return _driven_separately(placement).at(values).sampled(case.scenario.vision.period, hold="T")
 
 
 @cache
-def _driven_apart(placement: loop.Placement) -> Diagram:
+def _driven_separately(placement: loop.Placement) -> Diagram:
     """Figure 1 whose feed-forward is given the speed of the reference, as a computer has it."""
     base = loop.diagram(placement)
-    given = Block("feed-forward", k_ff, "S_rate -> u_ff")
-    parts = [given if part.output == "u_ff" else part for part in base.parts]
+    feedforward = Block("feed-forward", k_ff, "S_rate -> u_ff")
+    parts = [feedforward if part.output == "u_ff" else part for part in base.parts]
     return Diagram(parts, inputs=["S_ref", "S_rate"], outputs=["S"])
 
 
@@ -185,10 +185,10 @@ def _allowed(case: Case, scenario: Scenario) -> tuple[float, str]:
     # In depths and radians, the lag is at most about what passes in τ + 1/κλ; where the reference
     # turns back, it changes by twice that.
     passing = np.linalg.norm(T[:, :3], axis=1) / depth + np.linalg.norm(T[:, 3:], axis=1)
-    share = float(passing.max()) * (case.delay + 1 / (case.kappa * scenario.law.lam))
+    lag = float(passing.max()) * (case.delay + 1 / (case.kappa * scenario.law.lam))
     back = 2 if isinstance(scenario.reference, Oscillation) else 1
     reason = (
-        f"since figure 1 is the first order, which leaves out the square of a lag of {share:.2g} "
+        f"since figure 1 is the first order, which leaves out the square of a lag of {lag:.2g} "
         "(depths or radians)"
     )
-    return max(back * depth * share**2, FLOOR), reason
+    return max(back * depth * lag**2, FLOOR), reason

@@ -16,13 +16,14 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from vsctrl import loop, timing
 from vsctrl.diagram import Block, Diagram, Sine
 from vsctrl.servo import Run, Scenario
 from vsctrl.servo.motion.trajectory import Oscillation
 from vsctrl.study.runs import settling
+from vsctrl.study.sine_fit import sine_fit
 from vsctrl.study.tracking.cases import Case, CaseResult, is_sideways
 from vsctrl.study.tracking.lag_history import held_twin
 from vsctrl.study.tracking.steady_lag import ABSOLUTE, PADE_ORDER, RELATIVE
@@ -68,26 +69,21 @@ class Wave(CaseResult):
     @property
     def disagreement(self) -> float | None:
         """The larger of two differences, m: exact − analytic and simulated − sampled."""
-        apart = []
-        for theory, found in ((self.analytic, self.exact), (self.sampled, self.simulated)):
-            if theory is None or found is None:
-                return None
-            apart.append(abs(found - theory))
-        return max(apart) if np.isfinite(apart).all() else math.inf
+        smooth = _distance(self.exact, self.analytic)
+        held = _distance(self.simulated, self.sampled)
+        if smooth is None or held is None:
+            return None
+        return max(smooth, held) if np.isfinite([smooth, held]).all() else math.inf
 
     @property
     def hold(self) -> float | None:
         """What holding the velocity changes, |sampled − analytic| in m."""
-        if self.analytic is None or self.sampled is None:
-            return None
-        return abs(self.sampled - self.analytic)
+        return _distance(self.sampled, self.analytic)
 
     @property
     def left_by_repair(self) -> float | None:
         """What remains of that with half a period put into the formula, m."""
-        if self.repaired is None or self.sampled is None:
-            return None
-        return abs(self.sampled - self.repaired)
+        return _distance(self.sampled, self.repaired)
 
     @property
     def agrees(self) -> bool | None:
@@ -114,6 +110,10 @@ class Wave(CaseResult):
         }
 
 
+def _distance(one: complex | None, other: complex | None) -> float | None:
+    return None if one is None or other is None else abs(one - other)
+
+
 def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
     """One case of a sine by all ways, and its simulation where the loop is stable as sampled."""
     system, amplitude, w = case.system, reference.amplitude, 2 * math.pi / reference.period
@@ -138,7 +138,7 @@ def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
         found = case.run(max(case.scenario.motion.duration, (frames + tail) * period))
         if found.status.ok:
             error = found.lag[-tail:, :3] @ reference.direction[:3]
-            simulated = fitted(found.t[-tail:], error, w)
+            simulated = sine_fit(found.t[-tail:], error, w)
         else:
             notes.append(f"the simulation ended: {found.status.kind}")
             contradicted = True
@@ -159,13 +159,6 @@ def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
         contradicted=contradicted,
     )
     return done, found
-
-
-def fitted(t: Array, error: ArrayLike, w: float) -> complex:
-    """a + jb of the sine a sin ωt + b cos ωt that fits best: the answer to sin ωt."""
-    basis = np.stack([np.sin(w * t), np.cos(w * t)], axis=-1)
-    a, b = np.linalg.lstsq(basis, np.asarray(error), rcond=None)[0]
-    return complex(a, b)
 
 
 def polar(value: complex | None) -> str:
@@ -197,8 +190,8 @@ def _numbers(case: Case) -> dict[Any, float]:
 
 
 def _continuous(case: Case, w: float) -> complex:
-    found = loop.tracking_transfer(case.placement).subs({**_numbers(case), tau: case.delay})
-    return complex(found.subs(s, 1j * w))
+    transfer = loop.tracking_transfer(case.placement).subs({**_numbers(case), tau: case.delay})
+    return complex(transfer.subs(s, 1j * w))
 
 
 def _held(case: Case, w: float) -> complex:
@@ -226,8 +219,8 @@ def _with_hold(placement: loop.Placement) -> Diagram:
     base = loop.diagram(placement)
     (vision,) = (block for block in loop.diagram().blocks if block.output == "S_meas")
     held = vision.expr.subs(tau, T_s / 2)  # e^{−sTₛ/2}
-    late = Block("robot, camera", ell / s * held, f"{base.drivers['S'].inputs[0]} -> S")
-    parts = [late if part.output == "S" else part for part in base.parts]
+    robot = Block("robot, camera", ell / s * held, f"{base.drivers['S'].inputs[0]} -> S")
+    parts = [robot if part.output == "S" else part for part in base.parts]
     return Diagram(parts, inputs=base.inputs, outputs=base.outputs)
 
 
@@ -239,4 +232,4 @@ def _settled(system: System, amplitude: float, w: float) -> complex:
     ended = math.log(ENDED) / float(system.poles(1)[0].real)
     t = np.linspace(ended, ended + 2 * math.pi / w, POINTS, endpoint=False)
     response = channel.response(Sine(w, amplitude), t)
-    return fitted(t, response.y.ravel() - amplitude * np.sin(w * t), w)
+    return sine_fit(t, response.y.ravel() - amplitude * np.sin(w * t), w)

@@ -29,7 +29,7 @@ def legs(reference: Oscillation, case: Case) -> ReferenceCourse:
     at = max(end, 0) * period
     before = max((turn for turn in turns if turn <= at), default=0.0)
     sign = float(np.sign(reference.twist(at) @ reference.direction))
-    note = _left_over(case, at - before)
+    note = _remaining(case, at - before)
     return ReferenceCourse(triangle(reference, at), at, frames * period, sign, note)
 
 
@@ -55,7 +55,7 @@ def _long_enough(case: Case, reference: Oscillation) -> float:
     return max(own, wanted) if wanted <= MOST_FRAMES * period else own
 
 
-def _left_over(case: Case, seconds: float) -> str:
+def _remaining(case: Case, seconds: float) -> str:
     """What is left of the transient that a leg began with, in words; empty where it is over."""
     if not case.is_stable_as_sampled or case.system.unstable_roots:
         return ""
