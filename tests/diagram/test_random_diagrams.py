@@ -1,5 +1,6 @@
 """Random small loops: every face of a diagram against an oracle that knows only its wiring."""
 
+import effort
 import mpmath as mp
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from vsctrl.diagram import Ramp, Sine, Step
 from vsctrl.symbols import s
 
 FEW = settings(
-    max_examples=20,
+    max_examples=effort.share(20),
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],

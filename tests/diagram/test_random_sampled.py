@@ -7,13 +7,14 @@ No matrix exponential, no shift register and no z is in it.
 
 from dataclasses import replace
 
+import effort
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_random_diagrams import networks
 
 FEW = settings(
-    max_examples=20,
+    max_examples=effort.share(20),
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],

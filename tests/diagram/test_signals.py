@@ -4,6 +4,7 @@ import math
 import time
 from fractions import Fraction
 
+import effort
 import mpmath as mp
 import numpy as np
 import pytest
@@ -175,7 +176,7 @@ NUMBERS = st.floats(-10, 10).map(lambda x: round(x, 3))
 SIGNALS = st.sampled_from([*SHAPES, Step(), Ramp(), Sine(5.0).delayed(0.13)])
 
 
-@settings(max_examples=25, deadline=None, derandomize=True)
+@settings(max_examples=effort.share(25), deadline=None, derandomize=True)
 @given(NUMBERS, SIGNALS, NUMBERS, SIGNALS)
 def test_responses_are_linear(a, u, b, v):
     t = np.array([0.1, 0.3, 0.55, 1.7])
@@ -183,7 +184,7 @@ def test_responses_are_linear(a, u, b, v):
     np.testing.assert_allclose(values(H, a * u + b * v, t), both, atol=1e-12)
 
 
-@settings(max_examples=15, deadline=None, derandomize=True)
+@settings(max_examples=effort.share(15), deadline=None, derandomize=True)
 @given(SIGNALS, st.integers(1, 200).map(lambda k: k / 100))
 def test_responses_do_not_depend_on_when(u, late):
     t = np.array([0.1, 0.3, 0.55, 1.7])

@@ -2,6 +2,7 @@
 
 import math
 
+import effort
 import numpy as np
 import oracle
 import pytest
@@ -202,7 +203,7 @@ number = st.floats(-1e3, 1e3)
 limit = st.one_of(st.none(), st.floats(1e-6, 1e4), st.just(math.inf))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=effort.share(300), deadline=None)
 @given(st.tuples(*[number] * 6), limit, limit)
 def test_saturation_keeps_the_direction_and_no_more_is_lost_than_the_limits_ask(T, speed, rate):
     T = np.array(T)

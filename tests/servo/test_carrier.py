@@ -3,6 +3,7 @@
 import math
 from itertools import pairwise
 
+import effort
 import numpy as np
 import oracle
 import pytest
@@ -276,7 +277,7 @@ def test_what_is_felt_on_a_circle_at_constant_twist_is_no_acceleration_of_the_ax
     assert "components in the camera frame" in COMMENTS["robot.acceleration_limit"]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=effort.share(100), deadline=None)
 @given(
     st.lists(st.tuples(*[st.floats(-5, 5)] * 6), min_size=1, max_size=6),
     st.floats(0.01, 2),

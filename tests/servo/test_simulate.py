@@ -3,6 +3,7 @@
 import math
 import pickle
 
+import effort
 import numpy as np
 import oracle
 import pytest
@@ -330,7 +331,7 @@ def scenarios(draw) -> Scenario:
         reject()
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=effort.share(100), deadline=None)
 @given(scenarios())
 def test_any_valid_scenario_gives_finite_numbers_and_a_sentence(scenario):
     run = simulate(scenario)
