@@ -5,7 +5,6 @@ import math
 import re
 
 import effort
-import jsonschema
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -234,6 +233,8 @@ def test_fields_of_a_motion_vary_by_name_and_another_kind_starts_afresh():
 
 
 def test_the_schema_accepts_what_a_scenario_accepts():
+    import jsonschema  # seconds, for the grammar of addresses
+
     validator = jsonschema.Draft202012Validator(json.loads(schema()))
     validator.check_schema(validator.schema)
     for motion in MOTIONS.values():
