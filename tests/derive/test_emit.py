@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
-from running_error import exact_and_bound
+from oracles.running_error import exact_and_bound
 from sympy import Symbol, lambdify, log, sqrt, symbols
 
 from vsctrl.derive import (

@@ -5,9 +5,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from delay_oracle import Box, Network
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from oracles.delay import Box, Network
 
 from vsctrl.diagram import Ramp, Sine, Step
 from vsctrl.symbols import s

@@ -8,9 +8,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from delay_oracle import WORKING, Box, Network, figure1, figure1_response
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracles.delay import WORKING, Box, Network, figure1, figure1_response
 from scipy import signal as scipy_signal
 
 from vsctrl import InputError, LimitError, loop
