@@ -15,6 +15,7 @@ from vsctrl.errors import InputError
 from vsctrl.loop import fraction
 from vsctrl.loop import values as check
 from vsctrl.loop.figure1 import figure1
+from vsctrl.loop.generated import printed
 from vsctrl.symbols import T_s, d, ell, ell_hat, kappa, lam, omega, s, tau
 from vsctrl.symbols import z_plane as z
 
@@ -116,7 +117,7 @@ def _value(
     return float(found) if found.is_number and not symbolic else found
 
 
-@cache
+@printed
 def _continuous_limit() -> sp.Expr:
     """Solve |L(jω)| = 1, arg L(jω) − α = −π for λ, L from the diagram opened at S_meas."""
     loop = loop_transfer()
@@ -126,7 +127,7 @@ def _continuous_limit() -> sp.Expr:
     return sp.solve(sp.Eq(sp.Abs(rational), 1), lam)[0].subs(omega, at)
 
 
-@cache
+@printed
 def _sampled_limit() -> sp.Expr:
     """The same for the pulse transfer function at z = e^{jθ}, held velocity, d samples late."""
     pulse = pulse_transfer()  # rational in z, without the d samples of delay
@@ -150,7 +151,7 @@ def loop_transfer() -> sp.Expr:
     return loop.subs(ell, kappa * ell_hat)
 
 
-@cache
+@printed
 def pulse_transfer() -> sp.Expr:
     """Zero-order hold in front of figure 1's plant: (z − 1)/z · Z{L⁻¹[G(s)/s]} by its samples."""
     t, k = sp.Symbol("t", positive=True), sp.Symbol("k", integer=True, nonnegative=True)
@@ -168,7 +169,7 @@ def sampled_characteristic() -> sp.Expr:
     return sp.expand(z**d * den) + num
 
 
-@cache
+@printed
 def _continuous_double_root() -> sp.Expr:
     """p = s + κλe^{−τs} and p′ = 0 at once: λ solves p = 0, and then p′ = 0 gives s."""
     gain = sp.solve(1 + loop_transfer(), lam)[0]
@@ -183,7 +184,7 @@ def _sampled_double_root(samples: Any) -> sp.Expr:
     return _sampled_late_double_root()
 
 
-@cache
+@printed
 def _sampled_late_double_root() -> sp.Expr:
     gain = sp.solve(1 + pulse_transfer() * z**-d, lam)[0]
     at = sp.solve(sp.simplify(sp.diff(gain, z) / z ** (d - 1)), z)[0]
