@@ -3,11 +3,12 @@
 import math
 from itertools import pairwise
 
+import effort
 import numpy as np
-import oracle
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracles.se3 import hat
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
@@ -34,7 +35,7 @@ def moved(commands=COMMANDS, start=START, period=PERIOD, **options):
 
 
 def step(T, h):
-    return expm(oracle.hat(T) * h)
+    return expm(hat(T) * h)
 
 
 # A camera that does as it is told ----------------------------------------------------------------
@@ -175,7 +176,7 @@ def integrated(options, delay, times, frames=8):
     def field(y, du):
         T = y[6:12] if tau else y[:6]
         dT = (y[:6] - T) / tau if tau else np.zeros(6)
-        return np.concatenate([du, dT, T, (y[18:].reshape(4, 4) @ oracle.hat(T)).ravel()])
+        return np.concatenate([du, dT, T, (y[18:].reshape(4, 4) @ hat(T)).ravel()])
 
     def go(y, du, t0, t1, events=None):
         """Integrate and note the poses asked for; the events end it."""
@@ -279,7 +280,7 @@ def test_what_is_felt_on_a_circle_at_constant_twist_is_no_acceleration_of_the_ax
     assert "components in the camera frame" in COMMENTS["robot.acceleration_limit"]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=effort.share(100), deadline=None)
 @given(
     st.lists(st.tuples(*[st.floats(-5, 5)] * 6), min_size=1, max_size=6),
     st.floats(0.01, 2),
