@@ -15,6 +15,7 @@ from typing import Any
 import click
 
 from vsctrl.errors import InputError, LimitError
+from vsctrl.files import write
 
 STEPS = 4  #: that write_report announces
 
@@ -182,7 +183,6 @@ def simulate(
     files = _targets(scenario, {"--out": out, "--plot": plot, "--animate": animate})
     from vsctrl import paper, servo
     from vsctrl.servo.results.outcome import outcome
-    from vsctrl.servo.scenario import toml
 
     run = servo.simulate(servo.Scenario.load(scenario) if scenario else paper.sliding())
     if out is not None:
@@ -190,7 +190,7 @@ def simulate(
     if plot is not None:
         from vsctrl.report.plots import picture, run_figure
 
-        toml.write(plot, picture(run_figure(run), plot.suffix.lower()), "figure")
+        write(plot, picture(run_figure(run), plot.suffix.lower()), "figure")
     if animate is not None:
         _animate(run, animate)
     found = outcome(run)

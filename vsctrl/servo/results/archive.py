@@ -20,13 +20,14 @@ from typing import Any, NoReturn, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl import files
 from vsctrl.errors import InputError
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.faults import SEEN
 from vsctrl.servo.features.feature_sets import measures
 from vsctrl.servo.results.columns import COLUMNS, Column, sizes
 from vsctrl.servo.results.run import Event, Kind, Run, Status
-from vsctrl.servo.scenario import Scenario, toml
+from vsctrl.servo.scenario import Scenario
 from vsctrl.servo.scenario.fields import FieldsError
 
 R = TypeVar("R", bound=Run)
@@ -41,23 +42,12 @@ RIGID = 1e-6
 
 def save(run: Run, path: Path) -> None:
     """Write a run to exactly this path, all of it or nothing. Raises InputError if impossible."""
-    toml.write(path, pack(run), "run")
+    files.write(path, pack(run), "run")
 
 
 def load(cls: type[R], path: Path) -> R:
     """Run, of class cls, from a file. Raises InputError, a sentence that begins with the path."""
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        problem = "there is no such file; check the path"
-    except IsADirectoryError:
-        problem = "this is a directory; name a file in it"
-    except (OSError, ValueError) as error:
-        reason = (isinstance(error, OSError) and error.strerror) or error
-        problem = f"the file cannot be read ({reason}); check the path and its permissions"
-    else:
-        return unpack(cls, data, str(path))
-    raise InputError(f"{path}: {problem}.")
+    return unpack(cls, files.read_bytes(path), str(path))
 
 
 def pack(run: Run) -> bytes:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
+from vsctrl import files
 from vsctrl.errors import InputError
 from vsctrl.servo.motion.trajectory import ConstantScrew, Trajectory
 from vsctrl.servo.pose import exp, from_euler_xyz
@@ -221,7 +222,7 @@ class Scenario(Table):
     def load(cls, path: str | Path) -> Self:
         """Scenario from a TOML file in UTF-8. Raises InputError that starts with the file."""
         try:
-            return cls.from_toml(toml.read(Path(path)))
+            return cls.from_toml(files.read_text(Path(path), "TOML file"))
         except fields.FieldsError as error:
             raise fields.FieldsError(error.problems, source=str(path)) from None
 
@@ -238,7 +239,7 @@ class Scenario(Table):
 
     def save(self, path: str | Path) -> None:
         """Write ``to_toml`` to a file: all of it or nothing. Raises InputError if impossible."""
-        toml.write(Path(path), self.to_toml())
+        files.write(Path(path), self.to_toml(), "scenario")
 
 
 # The tables by name; those of [motion] by kind are in ``links``.
