@@ -5,25 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo.results.run import Event, Kind, Status
+from vsctrl.servo.results.status import POLICY, Event, Kind, Status
 
 if TYPE_CHECKING:
     from vsctrl.servo.robot.joints import Stop
     from vsctrl.servo.scenario.options import FaultsTable
 
 Array = NDArray[np.float64]
-
-#: The key of [faults] that decides about each kind; what is not here always ends the run.
-POLICY: dict[Kind, str] = {
-    "target behind camera": "on_behind",
-    "too few points": "on_lost",
-    "all points lost": "on_lost",
-    "rank loss": "on_rank_loss",
-    "pose not found": "on_rank_loss",
-    "joint limit": "on_joint_limit",
-}
-#: Kinds whose frame has an image and a command still.
-SEEN: frozenset[Kind] = frozenset(POLICY) - {"target behind camera"}
 
 
 class Faults:

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.servo.control.depths import SeenDepths
-from vsctrl.servo.faults import SEEN, Faults
+from vsctrl.servo.faults import Faults
 from vsctrl.servo.pose import inverse, log
-from vsctrl.servo.results.run import Run, Status
+from vsctrl.servo.results.run import Run
+from vsctrl.servo.results.status import SEEN, Status
 
 if TYPE_CHECKING:
     from vsctrl.servo.control.controller import Controller

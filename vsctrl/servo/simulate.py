@@ -20,7 +20,8 @@ from vsctrl.servo.control.reference_image import Plan
 from vsctrl.servo.faults import Faults
 from vsctrl.servo.pose import adjoint, exp, inverse
 from vsctrl.servo.record import Record
-from vsctrl.servo.results.run import Run, Status
+from vsctrl.servo.results.run import Run
+from vsctrl.servo.results.status import Status
 from vsctrl.servo.robot.capability import Capability
 from vsctrl.servo.robot.carrier import Carrier
 from vsctrl.servo.robot.gantry import Gantry

@@ -23,14 +23,14 @@ from numpy.typing import NDArray
 from vsctrl import files
 from vsctrl.errors import InputError
 from vsctrl.servo.camera.camera import Camera
-from vsctrl.servo.faults import SEEN
 from vsctrl.servo.features.feature_sets import measures
 from vsctrl.servo.results.columns import COLUMNS, Column, sizes
-from vsctrl.servo.results.run import Event, Kind, Run, Status
+from vsctrl.servo.results.frames import Frames
+from vsctrl.servo.results.status import SEEN, Event, Kind, Status
 from vsctrl.servo.scenario import Scenario
 from vsctrl.servo.scenario.fields import FieldsError
 
-R = TypeVar("R", bound=Run)
+R = TypeVar("R", bound=Frames)
 
 FORMAT, VERSION = "vsctrl-run", 1
 # The oldest date that a zip archive can tell: the time of writing is no part of a run.
@@ -40,7 +40,7 @@ _AGAIN = "simulate the scenario again and save that"
 RIGID = 1e-6
 
 
-def save(run: Run, path: Path) -> None:
+def save(run: Frames, path: Path) -> None:
     """Write a run to exactly this path, all of it or nothing. Raises InputError if impossible."""
     files.write(path, pack(run), "run")
 
@@ -50,7 +50,7 @@ def load(cls: type[R], path: Path) -> R:
     return unpack(cls, files.read_bytes(path), str(path))
 
 
-def pack(run: Run) -> bytes:
+def pack(run: Frames) -> bytes:
     """The bytes of a run's file; the same for equal runs."""
     texts = {
         "format": f"{FORMAT}/{VERSION}",

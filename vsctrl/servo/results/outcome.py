@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
 from vsctrl.servo.results.columns import measured_in_pixels
-from vsctrl.servo.results.run import Event, Run, Status
+from vsctrl.servo.results.frames import Frames
+from vsctrl.servo.results.status import Event, Status
 from vsctrl.servo.robot.gantry import Gantry
 
 Array = NDArray[np.float64]
@@ -164,7 +165,7 @@ class Outcome:
         return "\n".join(lines)
 
 
-def outcome(run: Run) -> Outcome:
+def outcome(run: Frames) -> Outcome:
     """The summary of a run."""
     speed, rate = (np.linalg.norm(run.twist[:, part], axis=1) for part in (_V, _OMEGA))
     try:
@@ -196,7 +197,7 @@ def outcome(run: Run) -> Outcome:
 _V, _OMEGA = slice(0, 3), slice(3, 6)
 
 
-def distance(run: Run) -> Array:
+def distance(run: Frames) -> Array:
     """Distance of the camera from its reference, (n,) in m."""
     out: Array = np.linalg.norm(run.pose[:, :3, 3] - run.reference_pose[:, :3, 3], axis=1)
     return out
@@ -244,7 +245,7 @@ def side(lag: float) -> str:
     return "" if abs(lag) < NOTHING else "ahead" if lag > 0 else "behind"
 
 
-def _reach(run: Run) -> Reach | None:
+def _reach(run: Frames) -> Reach | None:
     if run.joints is None:
         return None
     gantry = Gantry()
@@ -267,7 +268,7 @@ def _settled(away: Array) -> bool:
     return not (beyond and grown and more)
 
 
-def _course(run: Run, values: Array) -> Course:
+def _course(run: Frames, values: Array) -> Course:
     final = float(values[-1])
     if not run.status.ok:
         return Course(final, None, None)
@@ -276,6 +277,6 @@ def _course(run: Run, values: Array) -> Course:
     return Course(final, float(last.mean()), (high - low) / 2)
 
 
-def _peak(run: Run, values: Array) -> tuple[float, float]:
+def _peak(run: Frames, values: Array) -> tuple[float, float]:
     k = int(np.argmax(values))
     return float(values[k]), float(run.t[k])
