@@ -45,6 +45,8 @@ _DURATION = "length of the run or part, s"
 class Motion(Table):
     """[motion]: how the reference moves."""
 
+    heading = "motion"
+
     @abstractmethod
     def trajectory(self, oTc0: Array) -> Trajectory:
         """The motion from a start pose (4, 4). Raises InputError where it is impossible."""
