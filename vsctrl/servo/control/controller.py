@@ -185,8 +185,7 @@ class PoseController:
         if not self._law.k_ff:
             return np.zeros(6)
         seen = adjoint(inverse(self._guess) @ self._plan.shown_pose[k])
-        out: Array = self._law.k_ff * (seen @ self._plan.twist[k])
-        return out
+        return self._law.k_ff * (seen @ self._plan.twist[k])
 
 
 Controller = ImageController | PoseController

@@ -162,8 +162,7 @@ class Planner:
         if self.hand_eye is None:
             return true
         start = self.trajectory.pose(0.0)
-        out: Array = start @ inverse(self.hand_eye) @ inverse(start) @ true @ self.hand_eye
-        return out
+        return start @ inverse(self.hand_eye) @ inverse(start) @ true @ self.hand_eye
 
     def twist(self, t: Array) -> Array:
         """T* as planned, (n, 6)."""

@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
 from vsctrl.files import read_bytes, write
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.features.feature_sets import measures
 from vsctrl.servo.results.columns import COLUMNS, Column, sizes
@@ -36,8 +38,6 @@ FORMAT, VERSION = "vsctrl-run", 1
 # The oldest date that a zip archive can tell: the time of writing is no part of a run.
 _NEVER = (1980, 1, 1, 0, 0, 0)
 _AGAIN = "simulate the scenario again and save that"
-# Products of rotations, frame by frame, stay nearer to a rotation than this.
-RIGID = 1e-6
 
 
 def save(run: Frames, path: Path) -> None:
@@ -179,16 +179,12 @@ class _File:
                 f'"{status.kind}" at frame {status.frame}; {_AGAIN}'
             )
 
-    def check_rigid(self, name: str, poses: NDArray[np.float64]) -> None:
-        R, last = poses[:, :3, :3], poses[:, 3] - (0.0, 0.0, 0.0, 1.0)
-        with np.errstate(all="ignore"):
-            off = np.abs(R.swapaxes(1, 2) @ R - np.eye(3)).max(axis=(1, 2))
-            off = np.maximum(off, np.abs(last).max(axis=1))
-            wrong = ~(off <= RIGID) | ~(np.linalg.det(R) > 0)
+    def check_rigid(self, name: str, poses: Array) -> None:
+        wrong = ~checks.is_rigid(poses)
         if wrong.any():
             self.refuse(f"{name}: at frame {np.argmax(wrong)} this is no rigid motion; {_AGAIN}")
 
-    def check_depths(self, depths: NDArray[np.float64], visible: NDArray[np.bool_]) -> None:
+    def check_depths(self, depths: Array, visible: Mask) -> None:
         wrong = visible & ~(depths > 0)
         if wrong.any():
             frame, point = np.argwhere(wrong)[0]

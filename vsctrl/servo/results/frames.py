@@ -3,13 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.results.status import Event, Status
 from vsctrl.servo.scenario import Scenario
 
-Array = NDArray[np.float64]
 # A speed below this share of the greatest one is rest: its direction would be rounding.
 STILL = 1e-9
 
@@ -43,7 +42,7 @@ class Frames:
     twist: Array
     lag: Array
     depths: Array
-    visible: NDArray[np.bool_]
+    visible: Mask
     status: Status
     events: tuple[Event, ...] = ()
     joints: Array | None = None
@@ -72,8 +71,7 @@ class Frames:
         chosen = moving[np.maximum(before, 0)]
         V = V[chosen] / size[chosen, None]  # so that the square of a tiny velocity does not vanish
         along = np.sum(self.lag[:, :3] * V, axis=1)
-        out: Array = along / np.linalg.norm(V, axis=1)
-        return out
+        return along / np.linalg.norm(V, axis=1)
 
     @property
     def reference_velocity(self) -> Array:

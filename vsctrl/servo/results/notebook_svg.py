@@ -13,12 +13,10 @@ from html import escape
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.frames import Frames
-
-Array = NDArray[np.float64]
 
 TRUE, SEEN, GREY = "#1b9e77", "#d95f02", "#8a8f98"
 WIDTH, HEIGHT = 720, 292
@@ -91,7 +89,7 @@ def _image(run: Frames) -> str:
     return _panel(frame, "".join(parts), title, legend, (5, 5)) + below
 
 
-def _around(shown: Array, goal: Array, seen: NDArray[np.bool_], size: object) -> _Frame:
+def _around(shown: Array, goal: Array, seen: Mask, size: object) -> _Frame:
     """The frame of the image plane, y downwards, equal scales: the camera's image or all paths."""
     box = (46.0, 26.0, 250.0, 220.0)
     if isinstance(size, tuple):

@@ -8,15 +8,13 @@ from importlib import metadata
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.frames import Frames
 from vsctrl.servo.results.status import Event, Status
 from vsctrl.servo.robot.gantry import Gantry
-
-Array = NDArray[np.float64]
 
 SCHEMA = "vsctrl-simulate/1"
 # Less than this is rounding to a reader, in mm, mrad, px and their speeds alike.
@@ -199,8 +197,7 @@ _V, _OMEGA = slice(0, 3), slice(3, 6)
 
 def distance(run: Frames) -> Array:
     """Distance of the camera from its reference, (n,) in m."""
-    out: Array = np.linalg.norm(run.pose[:, :3, 3] - run.reference_pose[:, :3, 3], axis=1)
-    return out
+    return np.linalg.norm(run.pose[:, :3, 3] - run.reference_pose[:, :3, 3], axis=1)
 
 
 def notice(found: Outcome) -> str:
@@ -249,8 +246,7 @@ def _reach(run: Frames) -> Reach | None:
     if run.joints is None:
         return None
     gantry = Gantry()
-    middle, half = (gantry.upper + gantry.lower) / 2, (gantry.upper - gantry.lower) / 2
-    share = np.abs(run.joints - middle) / half
+    share = gantry.range_share(run.joints)
     k, joint = np.unravel_index(np.argmax(share), share.shape)
     wrist = float(gantry.singularity(run.joints).min())
     return Reach(int(joint) + 1, float(share[k, joint]), float(run.t[k]), wrist)
