@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from vsctrl.errors import InputError
-from vsctrl.servo.robot.axes import Axes, Piece, along
+from vsctrl.servo.robot.axes import Axes, TwistSegment, along
 from vsctrl.servo.robot.capability import Capability
 from vsctrl.servo.robot.gantry import Gantry
 
@@ -190,9 +190,9 @@ def test_brakes_let_the_axes_go_on_from_what_is_left():
 def test_a_scaled_piece_has_the_share_of_the_twist_at_every_time():
     t = np.linspace(0, 0.2, 5)
     for piece in (
-        Piece.constant(0.2, A),
-        Piece(0.2, A, A, B),
-        Piece(0.2, A, B, -A, 0.1),
+        TwistSegment.constant(0.2, A),
+        TwistSegment(0.2, A, A, B),
+        TwistSegment(0.2, A, B, -A, 0.1),
     ):
         np.testing.assert_allclose(piece.scaled(0.3).twist(t), 0.3 * piece.twist(t), rtol=1e-13)
         assert piece.scaled(0.3).is_constant == piece.is_constant

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 from vsctrl.errors import InputError
 from vsctrl.servo import Blend, ConstantScrew, Linked, Oscillation, Path, hold, rotation
-from vsctrl.servo.motion.linked import magnus
+from vsctrl.servo.magnus import magnus
 
 START = np.eye(4)
 START[:3, 3] = 0.1, 0.2, -0.8

@@ -13,7 +13,7 @@ from vsctrl import paper, study
 from vsctrl.errors import InputError
 from vsctrl.report import plots
 from vsctrl.servo import timing
-from vsctrl.servo.control.gain_schedule import Shaping
+from vsctrl.servo.control.gain_schedule import GainSchedule
 from vsctrl.servo.control.prediction import Smith
 
 PERIOD, TAU, LAM, SPEED = 0.04, 0.08, 2.5, 0.04
@@ -183,22 +183,22 @@ def wrong_rows(monkeypatch, target, name, made):
 
 
 def test_a_predictor_that_forgets_a_twist_is_noticed(monkeypatch):
-    told = Smith.told
+    told = Smith.commanded
 
     def forgetful(self, T):
         told(self, 0.9 * T)
 
-    assert wrong_rows(monkeypatch, Smith, "told", forgetful) == {"Smith"}
+    assert wrong_rows(monkeypatch, Smith, "commanded", forgetful) == {"Smith"}
 
 
 def test_an_integral_that_leaks_is_noticed(monkeypatch):
-    summed = Shaping.summed
+    summed = GainSchedule.integral
 
     def leaking(self, asked, held):
         self._sum = 0.99 * self._sum
         return summed(self, asked + 1e-6, held)
 
-    assert wrong_rows(monkeypatch, Shaping, "summed", leaking) == {"PI"}
+    assert wrong_rows(monkeypatch, GainSchedule, "integral", leaking) == {"PI"}
 
 
 def test_a_delay_one_frame_off_is_noticed(monkeypatch):

@@ -27,7 +27,8 @@ from vsctrl.servo.motion.trajectory import (
     rotation,
     translation,
 )
-from vsctrl.servo.results.run import Event, Run, Status
+from vsctrl.servo.results.run import Run
+from vsctrl.servo.results.status import Event, Status
 from vsctrl.servo.robot.gantry import FreeCamera, Gantry
 from vsctrl.servo.scenario import Scenario, schema
 from vsctrl.servo.simulate import simulate

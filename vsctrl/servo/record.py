@@ -1,23 +1,19 @@
 """The arrays that a run fills frame by frame, and the Run that is made of them."""
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vsctrl.servo.control.depths import SeenDepths
-from vsctrl.servo.faults import SEEN, Faults
+from vsctrl.servo.arrays import Array, Mask
+from vsctrl.servo.control.controller import Controller
+from vsctrl.servo.control.depths import EstimatedDepths
+from vsctrl.servo.control.reference_image import Plan
+from vsctrl.servo.faults import Faults
 from vsctrl.servo.pose import inverse, log
-from vsctrl.servo.results.run import Run, Status
-
-if TYPE_CHECKING:
-    from vsctrl.servo.control.controller import Controller
-    from vsctrl.servo.control.reference_image import Plan
-    from vsctrl.servo.robot.carrier import Carrier
-    from vsctrl.servo.scenario import Scenario
-
-Array = NDArray[np.float64]
+from vsctrl.servo.results.run import Run
+from vsctrl.servo.results.status import SEEN, Status
+from vsctrl.servo.robot.carrier import Carrier
+from vsctrl.servo.scenario import Scenario
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +23,7 @@ class Record:
     pose: Array
     features: Array
     depths: Array
-    visible: NDArray[np.bool_]
+    visible: Mask
     measured_error: Array
     command: Array
 
@@ -45,10 +41,10 @@ class Record:
 
     def run(
         self,
-        scenario: "Scenario",
-        plan: "Plan",
-        carrier: "Carrier",
-        controller: "Controller",
+        scenario: Scenario,
+        plan: Plan,
+        carrier: Carrier,
+        controller: Controller,
         status: Status,
         faults: Faults,
     ) -> Run:
@@ -60,7 +56,7 @@ class Record:
         twist[: len(moved)] = moved
         pose, reference_pose = self.pose[:n], plan.pose[:n]
         joints, depths = carrier.joints, getattr(controller, "depths", None)
-        seen = depths if isinstance(depths, SeenDepths) else None
+        estimated = depths if isinstance(depths, EstimatedDepths) else None
         run = Run(
             scenario=scenario,
             t=scenario.t[:n],
@@ -78,8 +74,8 @@ class Record:
             status=status,
             events=faults.events(),
             joints=None if joints is None else joints[:n],
-            depth_estimate=None if seen is None else seen.estimates[:n],
-            excitation=None if seen is None else seen.excitation[:n],
+            depth_estimate=None if estimated is None else estimated.estimates[:n],
+            excitation=None if estimated is None else estimated.excitation[:n],
         )
         for field in fields(run):
             value = getattr(run, field.name)

@@ -1,19 +1,16 @@
-"""When each quantity is sampled, and who is late by how much: decided in this one place.
+"""When each quantity is sampled, and which is delayed by how much: decided in this one place.
 
 Frames k = 0..N at ``t_k = k Tₛ``. Two honest simulators disagree by millimetres if these differ.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl import timing
+from vsctrl.servo.arrays import Array
 
-if TYPE_CHECKING:
-    from vsctrl.servo.scenario import Placement
-
-Array = NDArray[np.float64]
+Placement = Literal["measurement", "aligned", "actuator"]
 
 
 class Delays(NamedTuple):
@@ -24,8 +21,8 @@ class Delays(NamedTuple):
     command: float
 
 
-def delays(placement: "Placement", periods: float) -> Delays:
-    """Who is late by the latency: the image, image and reference alike, or the robot."""
+def delays(placement: Placement, periods: float) -> Delays:
+    """What the latency delays: the image, image and reference alike, or the command."""
     return {
         "measurement": Delays(periods, 0.0, 0.0),
         "aligned": Delays(periods, periods, 0.0),
@@ -33,7 +30,7 @@ def delays(placement: "Placement", periods: float) -> Delays:
     }[placement]
 
 
-def late(t: Array, period: float, periods: float) -> Array:
+def delayed(t: Array, period: float, periods: float) -> Array:
     """The times ``t_k − periods·Tₛ``, never before 0; on the frames where that is whole.
 
     t: (n,) in s, the frames.

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vsctrl.servo.arrays import Array
+
 Interaction = Literal["current", "desired", "mean", "initial"]
 
 # A singular value below this share of the largest one counts as zero: the direction that it

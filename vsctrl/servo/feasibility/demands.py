@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.camera.target import Target
 from vsctrl.servo.feasibility.joints import JointPath
@@ -20,7 +21,6 @@ from vsctrl.servo.feasibility.limits import Limits
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.robot.gantry import FreeCamera, Gantry, Robot
 
-Array = NDArray[np.float64]
 Kind = Literal["speed", "acceleration", "geometry"]
 
 
@@ -69,8 +69,7 @@ class Demands:
     shapes: tuple[Row, ...] = field(init=False)  #: what depends on the pose alone
 
     def __post_init__(self) -> None:
-        if not np.isfinite(self.trajectory.duration):
-            raise InputError("duration: the trajectory never ends; give it a finite duration.")
+        checks.finite_duration(self.trajectory.duration)
         view = self.limits.field_of_view
         if view is not None and (self.camera is None or self.target is None):
             missing = "camera" if self.camera is None else "target"
@@ -139,7 +138,7 @@ class Demands:
         if self.joints is not None and q is not None:
             gantry = self.joints.gantry
             values += list(q.T)
-            shares += list(self.joints.share(q).T)
+            shares += list(gantry.range_share(q).T)
             values.append(gantry.singularity(q))
             shares.append(_over(np.full(len(t), gantry.wrist_margin), values[-1]))
         if self.target is not None:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vsctrl.errors import InputError
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.camera.target import Target
 from vsctrl.servo.feasibility.demands import Demands, Kind, Row
@@ -23,7 +23,6 @@ from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.robot.gantry import FreeCamera, Robot
 from vsctrl.tables import html, text
 
-Array = NDArray[np.float64]
 Intervals = tuple[tuple[float, float], ...]
 
 # A share above 1 by less than this is rounding.
@@ -190,8 +189,7 @@ def feasibility(
     Raises InputError for a trajectory of
     infinite duration, and a field of view without camera or target.
     """
-    if not samples >= FEWEST_SAMPLES:
-        raise InputError(f"samples: {samples!r} are too few; give at least {FEWEST_SAMPLES}.")
+    checks.at_least("samples", samples, FEWEST_SAMPLES)
     limits = limits or Limits()
     demands = Demands(trajectory, limits, robot or FreeCamera(), camera, target)
 

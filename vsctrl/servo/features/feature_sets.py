@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vsctrl.errors import InputError, nearest
+from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.camera.camera import Camera
-from vsctrl.servo.features.feature_set import Array, Mask, Measures, Places, Quantity, each, sides
+from vsctrl.servo.features.feature_set import Measures, Places, Quantity, each, sides
 from vsctrl.servo.generated import kernels
 
 __all__ = ["MEASURES", "ROUND", "SHORTEST", "Measures", "measures"]
@@ -309,5 +310,4 @@ def _ends(ends: Array) -> list[list[Array]]:
 def _long(ends: Array) -> Mask:
     """Which sides have a direction."""
     X, Y = _columns(ends[..., 0, :] - ends[..., 1, :])
-    out: Mask = np.hypot(X, Y) >= SHORTEST
-    return out
+    return np.hypot(X, Y) >= SHORTEST

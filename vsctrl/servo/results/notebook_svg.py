@@ -10,17 +10,13 @@ from __future__ import annotations
 
 import math
 from html import escape
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.results.columns import measured_in_pixels
-
-if TYPE_CHECKING:
-    from vsctrl.servo.results.run import Run
-
-Array = NDArray[np.float64]
+from vsctrl.servo.results.frames import Frames
 
 TRUE, SEEN, GREY = "#1b9e77", "#d95f02", "#8a8f98"
 WIDTH, HEIGHT = 720, 292
@@ -50,7 +46,7 @@ class _Frame(NamedTuple):
         )
 
 
-def sketch(run: Run) -> str:
+def sketch(run: Frames) -> str:
     """The picture as an SVG element: left the image plane, right the norm of the error."""
     words = f"Run of {run.scenario.name}: paths of the points in the image, and error over time"
     return (
@@ -61,7 +57,7 @@ def sketch(run: Run) -> str:
     )
 
 
-def _image(run: Run) -> str:
+def _image(run: Frames) -> str:
     points = min(run.depths.shape[1], MOST_POINTS)
     shown, goal = (e[:, : 2 * points].reshape(-1, points, 2) for e in (run.features, run.reference))
     seen = run.visible[:, :points]
@@ -93,7 +89,7 @@ def _image(run: Run) -> str:
     return _panel(frame, "".join(parts), title, legend, (5, 5)) + below
 
 
-def _around(shown: Array, goal: Array, seen: NDArray[np.bool_], size: object) -> _Frame:
+def _around(shown: Array, goal: Array, seen: Mask, size: object) -> _Frame:
     """The frame of the image plane, y downwards, equal scales: the camera's image or all paths."""
     box = (46.0, 26.0, 250.0, 220.0)
     if isinstance(size, tuple):
@@ -107,7 +103,7 @@ def _around(shown: Array, goal: Array, seen: NDArray[np.bool_], size: object) ->
     return _Frame(*box, middle[0] - x, middle[0] + x, middle[1] + y, middle[1] - y)
 
 
-def _errors(run: Run) -> str:
+def _errors(run: Frames) -> str:
     curves = [("true", TRUE, "", np.linalg.norm(run.error, axis=1))]
     if measured_in_pixels(run.scenario):
         seen = np.linalg.norm(run.measured_error, axis=1)

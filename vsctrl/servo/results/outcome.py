@@ -8,15 +8,14 @@ from importlib import metadata
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.results.columns import measured_in_pixels
-from vsctrl.servo.results.run import Event, Run, Status
+from vsctrl.servo.results.frames import Frames
+from vsctrl.servo.results.status import Event, Status
 from vsctrl.servo.robot.gantry import Gantry
 from vsctrl.tables import Printed
-
-Array = NDArray[np.float64]
 
 SCHEMA = "vsctrl-simulate/1"
 # Less than this is rounding to a reader, in mm, mrad, px and their speeds alike.
@@ -161,7 +160,7 @@ class Outcome(Printed):
         return "\n".join(lines)
 
 
-def outcome(run: Run) -> Outcome:
+def outcome(run: Frames) -> Outcome:
     """The summary of a run."""
     speed, rate = (np.linalg.norm(run.twist[:, part], axis=1) for part in (_V, _OMEGA))
     try:
@@ -193,10 +192,9 @@ def outcome(run: Run) -> Outcome:
 _V, _OMEGA = slice(0, 3), slice(3, 6)
 
 
-def distance(run: Run) -> Array:
+def distance(run: Frames) -> Array:
     """Distance of the camera from its reference, (n,) in m."""
-    out: Array = np.linalg.norm(run.pose[:, :3, 3] - run.reference_pose[:, :3, 3], axis=1)
-    return out
+    return np.linalg.norm(run.pose[:, :3, 3] - run.reference_pose[:, :3, 3], axis=1)
 
 
 def notice(found: Outcome) -> str:
@@ -241,12 +239,11 @@ def side(lag: float) -> str:
     return "" if abs(lag) < NOTHING else "ahead" if lag > 0 else "behind"
 
 
-def _reach(run: Run) -> Reach | None:
+def _reach(run: Frames) -> Reach | None:
     if run.joints is None:
         return None
     gantry = Gantry()
-    middle, half = (gantry.upper + gantry.lower) / 2, (gantry.upper - gantry.lower) / 2
-    share = np.abs(run.joints - middle) / half
+    share = gantry.range_share(run.joints)
     k, joint = np.unravel_index(np.argmax(share), share.shape)
     wrist = float(gantry.singularity(run.joints).min())
     return Reach(int(joint) + 1, float(share[k, joint]), float(run.t[k]), wrist)
@@ -264,7 +261,7 @@ def _settled(away: Array) -> bool:
     return not (beyond and grown and more)
 
 
-def _course(run: Run, values: Array) -> Course:
+def _course(run: Frames, values: Array) -> Course:
     final = float(values[-1])
     if not run.status.ok:
         return Course(final, None, None)
@@ -273,6 +270,6 @@ def _course(run: Run, values: Array) -> Course:
     return Course(final, float(last.mean()), (high - low) / 2)
 
 
-def _peak(run: Run, values: Array) -> tuple[float, float]:
+def _peak(run: Frames, values: Array) -> tuple[float, float]:
     k = int(np.argmax(values))
     return float(values[k]), float(run.t[k])

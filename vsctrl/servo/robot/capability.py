@@ -3,14 +3,10 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from vsctrl.errors import InputError
-from vsctrl.servo.motion.trajectory import vector
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.robot.gantry import Gantry
-
-Array = NDArray[np.float64]
 
 _LIMITS = {
     "speed": "m/s",
@@ -50,23 +46,16 @@ class Capability:
     def __post_init__(self) -> None:
         for name, unit in _LIMITS.items():
             value = getattr(self, name)
-            if value is not None and not value > 0:
-                raise InputError(
-                    f"{name}: {value!r} is no limit; give a number of {unit} above 0, or leave it "
-                    "out."
-                )
+            problem = f"is no limit; give a number of {unit} above 0, or leave it out."
+            checks.require(value is None or value > 0, name, value, problem)
         lag = self.time_constant
-        if lag is not None and not 0 <= lag < math.inf:
-            raise InputError(
-                f"time_constant: {lag!r} is no time; give a finite number of seconds, 0 or more."
-            )
+        problem = "is no time; give a finite number of seconds, 0 or more."
+        checks.require(lag is None or 0 <= lag < math.inf, "time_constant", lag, problem)
         if self.gantry is None and (self.joints0 is not None or self.avoidance):
             name = "avoidance" if self.joints0 is None else "joints0"
             raise InputError(f"{name}: a free camera has no joints; give a gantry or leave it out.")
         if self.joints0 is not None:
-            joints = np.array(vector("joints0", self.joints0, 6))
-            joints.setflags(write=False)
-            object.__setattr__(self, "joints0", joints)
+            checks.keep(self, joints0=checks.vector("joints0", self.joints0, 6))
 
     @property
     def accelerations(self) -> tuple[float, float]:

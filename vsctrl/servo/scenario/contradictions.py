@@ -4,19 +4,16 @@ Each key is right by itself here; nothing of geometry is computed, which is left
 """
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vsctrl.servo.features.feature_sets import MEASURES
 from vsctrl.servo.robot.gantry import Gantry
 from vsctrl.servo.scenario.checks import Problem
-
-if TYPE_CHECKING:
-    from vsctrl.servo.scenario.scenario import Scenario
+from vsctrl.servo.scenario.description import Description
 
 
-def contradictions(scenario: "Scenario") -> Iterator[Problem]:
+def contradictions(scenario: Description) -> Iterator[Problem]:
     """Pairs of the key to change and the sentence about it, all that there are."""
     yield from _delays(scenario)
     yield from _features(scenario)
@@ -25,7 +22,7 @@ def contradictions(scenario: "Scenario") -> Iterator[Problem]:
     yield from _robot(scenario)
 
 
-def _delays(scenario: "Scenario") -> Iterator[Problem]:
+def _delays(scenario: Description) -> Iterator[Problem]:
     placement, dead_time = scenario.law.placement, scenario.robot.dead_time
     if dead_time and placement == "aligned":
         yield (
@@ -50,7 +47,7 @@ def _delays(scenario: "Scenario") -> Iterator[Problem]:
         )
 
 
-def _features(scenario: "Scenario") -> Iterator[Problem]:
+def _features(scenario: Description) -> Iterator[Problem]:
     name, n = scenario.law.features, len(scenario.target.points)
     least = MEASURES[name].least
     if n < least:
@@ -81,7 +78,7 @@ def _features(scenario: "Scenario") -> Iterator[Problem]:
             )
 
 
-def _law(scenario: "Scenario") -> Iterator[Problem]:
+def _law(scenario: Description) -> Iterator[Problem]:
     law = scenario.law
     if law.depth == "estimated" and law.interaction == "initial":
         yield (
@@ -114,7 +111,7 @@ def _law(scenario: "Scenario") -> Iterator[Problem]:
             )
 
 
-def _target(scenario: "Scenario") -> Iterator[Problem]:
+def _target(scenario: Description) -> Iterator[Problem]:
     ratios, n = scenario.calibration.depth_ratios, len(scenario.target.points)
     if ratios is not None and len(ratios) != n:
         yield (
@@ -129,7 +126,7 @@ def _target(scenario: "Scenario") -> Iterator[Problem]:
         )
 
 
-def _robot(scenario: "Scenario") -> Iterator[Problem]:
+def _robot(scenario: Description) -> Iterator[Problem]:
     joints = scenario.robot.joints
     if joints is None:
         return

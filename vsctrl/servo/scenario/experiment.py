@@ -23,8 +23,8 @@ from vsctrl.servo.scenario.types import (
     Vector3,
     Whole,
 )
+from vsctrl.servo.timing import Placement
 
-Placement = Literal["measurement", "aligned", "actuator"]
 Scheme = Literal["image", "pose"]
 Depth = Literal["true", "constant", "estimated"]
 
@@ -32,6 +32,7 @@ Depth = Literal["true", "constant", "estimated"]
 class CameraTable(Table):
     """[camera]: the true lens and image."""
 
+    heading = "camera"
     Fx: Positive = Field(description="focal length along x, px")
     Fy: Positive = Field(description="focal length along y, px")
     size_px: MaybePair = Field(
@@ -45,6 +46,7 @@ class CameraTable(Table):
 class TargetTable(Table):
     """[target]: points of the object frame, and how that frame moves."""
 
+    heading = "target"
     points: Points = Field(description="x, y, z of each point in the object frame, m")
     drift: Twist = Field(
         (0.0,) * 6, description="twist of the target in its own frame, m/s and rad/s"
@@ -57,6 +59,7 @@ class TargetTable(Table):
 class StartTable(Table):
     """[start]: pose of the reference at t = 0, and where the camera really is then."""
 
+    heading = "start"
     position: Vector3 = Field(description="camera in the object frame, m")
     euler_xyz_deg: Vector3 = Field(description="intrinsic XYZ angles of the camera, degrees")
     offset: Twist = Field(
@@ -67,6 +70,7 @@ class StartTable(Table):
 class LawTable(Table):
     """[law]: the control law (10)."""
 
+    heading = "law"
     lam: Positive = Field(description="gain λ, 1/s")
     k_ff: Number = Field(1.0, description="feed-forward gain: 1 the paper's law, 0 without")
     interaction: Annotated[Interaction, BeforeValidator(fields.choice(*get_args(Interaction)))] = (
@@ -125,6 +129,7 @@ class LawTable(Table):
 class VisionTable(Table):
     """[vision]: timing and noise of the measurement."""
 
+    heading = "vision"
     period: Positive = Field(description="video period, s")
     latency: Nonnegative = Field(
         description="age of a measurement when it is used, s, any number of periods"

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.motion.linked import Blending, Linked
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.scenario import fields
@@ -24,8 +24,6 @@ from vsctrl.servo.scenario.motions import (
 )
 from vsctrl.servo.scenario.tables import not_a_table
 from vsctrl.servo.scenario.types import MaybePair, Switch
-
-Array = NDArray[np.float64]
 
 Part = Annotated[
     ScrewMotion | HoldMotion | RotationMotion | OscillationMotion | PathMotion,

@@ -9,7 +9,6 @@ from abc import abstractmethod
 from typing import Annotated, Any, Literal, Self, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import (
     BeforeValidator,
     Field,
@@ -18,6 +17,7 @@ from pydantic import (
     model_validator,
 )
 
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.motion import trajectory
 from vsctrl.servo.motion.path import Ends, Path
 from vsctrl.servo.motion.trajectory import Trajectory, Waveform
@@ -35,7 +35,6 @@ from vsctrl.servo.scenario.types import (
     Vector3,
 )
 
-Array = NDArray[np.float64]
 Frame = Literal["object", "start"]
 
 KIND = "screw (constant twist), hold, rotation, oscillation, path or linked"
@@ -44,6 +43,8 @@ _DURATION = "length of the run or part, s"
 
 class Motion(Table):
     """[motion]: how the reference moves."""
+
+    heading = "motion"
 
     @abstractmethod
     def trajectory(self, oTc0: Array) -> Trajectory:

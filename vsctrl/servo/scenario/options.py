@@ -32,6 +32,7 @@ _FAULT = BeforeValidator(fields.choice(*get_args(Fault)))
 class CalibrationTable(Table):
     """[calibration]: what the law believes of camera, depths and hand, where it is wrong."""
 
+    heading = "calibration"
     focal_ratio: Positive = Field(1.0, description="focal length in L̂ over the true one")
     centre_px: Vector2 = Field((0.0, 0.0), description="error of the principal point in L̂, px")
     depth_ratios: MaybePositives = Field(
@@ -49,6 +50,7 @@ class ReferenceImageTable(Table):
     reference moves, and projected again: s*(0) is right whatever is believed.
     """
 
+    heading = "reference_image"
     reference_depth_ratio: Positive = Field(
         1.0, description="depth that s*(t) was computed with over the true depth"
     )
@@ -69,6 +71,7 @@ class ReferenceImageTable(Table):
 class PredictorTable(Table):
     """[predictor]: what is done about the latency and about targets that move."""
 
+    heading = "predictor"
     predictor: Annotated[Predictor, BeforeValidator(fields.choice(*get_args(Predictor)))] = Field(
         "none",
         description="none, smith, or a Kalman filter: velocity or acceleration of the target",
@@ -96,6 +99,7 @@ class PredictorTable(Table):
 class RobotTable(Table):
     """[robot]: what carries the camera, and what that cannot do."""
 
+    heading = "robot"
     carrier: Annotated[Carrier, BeforeValidator(fields.choice(*get_args(Carrier)))] = Field(
         "free", description="free (moves as told) or gantry (three slides and a wrist)"
     )
@@ -134,6 +138,7 @@ class RobotTable(Table):
 class FaultsTable(Table):
     """[faults]: whether the run ends where something fails, or goes on as well as it can."""
 
+    heading = "faults"
     on_behind: Annotated[Fault, _FAULT] = Field(
         "end", description="a point comes to lie behind the camera: end or continue without it"
     )

@@ -1,11 +1,11 @@
 """What a table of a scenario file is, and its errors as sentences.
 
 A table checks its own keys only. The tables themselves are in ``experiment``, ``options``,
-``motions`` and ``links``; what they must satisfy together is left to ``whole``.
+``motions`` and ``links``; what they must satisfy together is left to ``checks``.
 """
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Iterator
+from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -16,6 +16,7 @@ from vsctrl.servo.scenario import fields
 class Table(BaseModel):
     """A frozen table of a scenario whose errors are ``InputError``, never pydantic's own."""
 
+    heading: ClassVar[str] = ""  #: under which its keys stand in a file, "" for those at the top
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     def __init__(self, /, **data: Any) -> None:
@@ -32,12 +33,16 @@ class Table(BaseModel):
     @classmethod
     def stranger(cls, name: str) -> str:
         """What to do with a key that this table does not have, as the end of a sentence."""
-        belongs = OWNER.get(name)
-        return f"; it belongs into [{belongs}]" if belongs else remedy(name, cls.model_fields)
+        home = next((table.heading for table in _below(Table) if name in table.model_fields), "")
+        return f"; it belongs into [{home}]" if home else remedy(name, cls.model_fields)
 
 
-# The table of every field, "" for those at the top; ``scenario`` adds what it owns.
-OWNER: dict[str, str] = {}
+def _below(table: type[Table]) -> Iterator[type[Table]]:
+    """Every table with a heading of its own."""
+    for below in table.__subclasses__():
+        if below.heading:
+            yield below
+        yield from _below(below)
 
 
 def remedy(name: str, known: Iterable[str]) -> str:

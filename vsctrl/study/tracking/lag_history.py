@@ -132,7 +132,9 @@ def predicted_lag(case: Case, t: Array) -> Array:
     twin, compared = held_twin(case), way
     if case.is_late_between_frames:
         # A reference that is late by a part of a frame is a matter of its motion, not of samples.
-        late = timing.late(t, case.scenario.vision.period, case.delay / case.scenario.vision.period)
+        late = timing.delayed(
+            t, case.scenario.vision.period, case.delay / case.scenario.vision.period
+        )
         frame = np.searchsorted(t, late, side="right") - 1
         compared = way[frame] + log(inverse(pose[frame]) @ reference.pose(late))[:, :3]
     found = np.zeros_like(way)
