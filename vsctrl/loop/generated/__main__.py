@@ -7,7 +7,8 @@ from sympy.printing.str import StrPrinter
 
 from vsctrl import symbols
 from vsctrl.loop import criteria  # noqa: F401 - it and what it imports hold the derivations
-from vsctrl.loop.generated import DERIVATIONS, FORMS
+from vsctrl.loop.generated import DERIVATIONS
+from vsctrl.loop.generated.closed_forms import FORMS
 
 NAMES = {value: name for name, value in vars(symbols).items() if isinstance(value, sp.Symbol)}
 HEAD = '''"""Closed forms, printed by ``python -m vsctrl.loop.generated``: do not edit."""
