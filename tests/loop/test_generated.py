@@ -6,8 +6,8 @@ from sympy import Basic, Tuple, srepr
 
 from vsctrl import loop
 from vsctrl.loop.generated import DERIVATIONS, closed_forms
-from vsctrl.loop.generated.closed_forms import FORMS
 from vsctrl.loop.generated.__main__ import source
+from vsctrl.loop.generated.closed_forms import FORMS
 
 
 def as_read(forms):
