@@ -5,8 +5,9 @@ from pathlib import Path
 from sympy import Basic, Tuple, srepr
 
 from vsctrl import loop
-from vsctrl.loop.generated import DERIVATIONS, FORMS, closed_forms
+from vsctrl.loop.generated import DERIVATIONS, closed_forms
 from vsctrl.loop.generated.__main__ import source
+from vsctrl.loop.generated.closed_forms import FORMS
 
 
 def as_read(forms):
