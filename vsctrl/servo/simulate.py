@@ -59,7 +59,7 @@ class _Loop:
         self.carrier = assembly.carrier(scenario, len(t), ages)
         self.hand_eye = assembly.hand_eye(scenario)
         self.faults = Faults(scenario.faults.model_dump())
-        self.record = Record.of(len(t), len(self.target.points), self.controller.width)
+        self.record = Record(len(t), len(self.target.points), self.controller.width)
         self.images: list[TrueImage] = []
         self.wTo = None if self.target.still else self.target.pose(t)
 

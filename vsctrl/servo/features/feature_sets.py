@@ -10,8 +10,9 @@ a set of fewer than six is not refused.
 """
 
 import math
+from collections.abc import Callable
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -115,23 +116,24 @@ class Segments(_Sides):
         Quantity("l", "px"),
         Quantity("alpha", "rad", _TURN),
     )
+    _image: ClassVar[Callable[..., Array]] = staticmethod(kernels.segment_image)
+    _L: ClassVar[Callable[..., Array]] = staticmethod(kernels.segment_interaction)
 
     def _of(self, ends: Array, z: Array) -> Array:
         (X_1, Y_1), (X_2, Y_2) = _ends(ends)
-        return kernels.segment_image(X_1, Y_1, X_2, Y_2)
+        return self._image(X_1, Y_1, X_2, Y_2)
 
     def _interaction(self, ends: Array, z: Array) -> Array:
         (x, y, l, alpha), (z_1, z_2) = _columns(self._of(ends, z)), _columns(z)
-        camera = self.camera
-        return kernels.segment_interaction(x, y, l, alpha, z_1, z_2, camera.Fx, camera.Fy)
+        return self._L(x, y, l, alpha, z_1, z_2, self.camera.Fx, self.camera.Fy)
 
     def _exists(self, ends: Array) -> Mask:
         out = np.ones((*ends.shape[:-2], 4), dtype=bool)
-        out[..., 2:] = _long(ends)[..., None]
+        out[..., 2:] = _long(ends)
         return out
 
 
-class NormalisedSegments(_Sides):
+class NormalisedSegments(Segments):
     """(x_c/l, y_c/l, 1/l, α) of the sides of the polygon, see ``Segments``; same ranks.
 
     Of a side that is parallel to the image the first three do not couple the translations: those
@@ -144,18 +146,11 @@ class NormalisedSegments(_Sides):
         Quantity("l_n", "1/px"),
         Quantity("alpha", "rad", _TURN),
     )
-
-    def _of(self, ends: Array, z: Array) -> Array:
-        (X_1, Y_1), (X_2, Y_2) = _ends(ends)
-        return kernels.normalised_segment_image(X_1, Y_1, X_2, Y_2)
-
-    def _interaction(self, ends: Array, z: Array) -> Array:
-        (x, y, l, alpha), (z_1, z_2) = _columns(self._of(ends, z)), _columns(z)
-        Fx, Fy = self.camera.Fx, self.camera.Fy
-        return kernels.normalised_segment_interaction(x, y, l, alpha, z_1, z_2, Fx, Fy)
+    _image = staticmethod(kernels.normalised_segment_image)
+    _L = staticmethod(kernels.normalised_segment_interaction)
 
     def _exists(self, ends: Array) -> Mask:
-        return _long(ends)[..., None]
+        return _long(ends)
 
 
 class Lines(_Sides):
@@ -185,7 +180,7 @@ class Lines(_Sides):
         return kernels.line_interaction(rho, theta, A, B, C, Fx, Fy)
 
     def _exists(self, ends: Array) -> Mask:
-        return _long(ends)[..., None]
+        return _long(ends)
 
 
 class Moments(Measures):
@@ -308,6 +303,6 @@ def _ends(ends: Array) -> list[list[Array]]:
 
 
 def _long(ends: Array) -> Mask:
-    """Which sides have a direction."""
+    """Which sides have a direction, (..., n, 1)."""
     X, Y = _columns(ends[..., 0, :] - ends[..., 1, :])
-    return np.hypot(X, Y) >= SHORTEST
+    return np.asarray(np.hypot(X, Y) >= SHORTEST)[..., None]

@@ -9,8 +9,8 @@ import numpy as np
 
 from vsctrl.servo.features.feature_sets import MEASURES
 from vsctrl.servo.robot.gantry import Gantry
-from vsctrl.servo.scenario.checks import Problem
 from vsctrl.servo.scenario.description import Description
+from vsctrl.servo.scenario.tables import Problem
 
 
 def contradictions(scenario: Description) -> Iterator[Problem]:
