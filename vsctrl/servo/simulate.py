@@ -68,7 +68,7 @@ class _Loop:
         record, plan, carrier = self.record, self.plan, self.carrier
         t = self.t
         offset = carrier.pose[:3, 3] - plan.pose[0, :3, 3]
-        farthest = DIVERGED * max(float(plan.shown.depths.max()), float(np.linalg.norm(offset)))
+        farthest = DIVERGED * max(float(plan.compared.depths.max()), float(np.linalg.norm(offset)))
         before, applied, saturated = plan.image[0], np.zeros(6), False
         measurement: Measurement | None = None
         for k in range(len(t)):

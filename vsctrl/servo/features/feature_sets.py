@@ -1,9 +1,10 @@
 """Features that the law may servo on, all computed from the image of the same points.
 
 s is a function of pixels (and of depths in "points-and-depth"), so that images that are equal have
-equal features whatever the law believes of its camera; a wrong focal length enters L alone. The
+equal features whatever the law assumes of its camera; a wrong focal length enters L alone. The
 formulas are in ``kernels``; here they are laid out over the points, and watched where they end: a
-segment without length has no direction. Which depths are believed is left to ``belief``.
+segment without length has no direction. Which depths are
+assumed is left to ``control.depths``.
 
 Lengths are in px, directions in rad. The rank of L says how many degrees of freedom a set controls;
 a set of fewer than six is not refused.
@@ -224,11 +225,11 @@ class Moments(Measures):
         u, v = _columns(ends - centre[..., None, :])
         uu, vv = u * u, v * v
         a, difference, mu_11 = np.array((uu + vv, uu - vv, u * v)).sum(axis=-1)
-        apart = np.sqrt(a) >= SHORTEST
-        out = np.empty((*apart.shape, 6), dtype=bool)
-        out[..., :3] = apart[..., None]
-        out[..., 3:5] = (apart & (self.points > 2))[..., None]
-        out[..., 5] = apart & (np.hypot(difference, 2 * mu_11) >= ROUND * a)
+        spread = np.sqrt(a) >= SHORTEST
+        out = np.empty((*spread.shape, 6), dtype=bool)
+        out[..., :3] = spread[..., None]
+        out[..., 3:5] = (spread & (self.points > 2))[..., None]
+        out[..., 5] = spread & (np.hypot(difference, 2 * mu_11) >= ROUND * a)
         return out
 
 
