@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from vsctrl.diagram import Sum as Sum
     from vsctrl.errors import InputError as InputError
     from vsctrl.errors import LimitError as LimitError
-    from vsctrl.loop import figure1 as figure1
     from vsctrl.loop import per_sample as per_sample
+    from vsctrl.loop.figure1 import figure1 as figure1
     from vsctrl.report import write_report as write_report
     from vsctrl.servo import Run as Run
     from vsctrl.servo import Scenario as Scenario
-    from vsctrl.servo import simulate as simulate
+    from vsctrl.servo.simulate import simulate as simulate
     from vsctrl.study import validate as validate
     from vsctrl.study import validate_all as validate_all
 

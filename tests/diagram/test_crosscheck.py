@@ -5,12 +5,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import sympy as sp
-from delay_oracle import WORKING, figure1
+from oracles.delay import WORKING, figure1
 
 from vsctrl.diagram import Block, Diagram, Sum, system
 from vsctrl.diagram.consistency import crosscheck
 from vsctrl.diagram.pade import approximant
-from vsctrl.diagram.pade import order as pade
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.roots import rightmost
 from vsctrl.diagram.sampled import channel, zero_order_hold
@@ -62,18 +61,18 @@ def bent_transfer(monkeypatch):
 
 def bent_roots(monkeypatch):
     right = rightmost.rightmost
-    monkeypatch.setattr(system.roots, "rightmost", lambda *given: right(*given) * (1 + 1e-4))
+    monkeypatch.setattr(system.rightmost, "rightmost", lambda *given: right(*given) * (1 + 1e-4))
 
 
 def bent_pade(monkeypatch):
     right = approximant.pade_delay
-    monkeypatch.setattr(pade, "pade_delay", lambda late, order: right(1.01 * late, order))
+    monkeypatch.setattr(approximant, "pade_delay", lambda late, order: right(1.01 * late, order))
 
 
 def bent_response(monkeypatch):
-    right = crosscheck.response.solve
+    right = crosscheck.collocation.solve
     stretched = lambda given, signal, end: right(given, type(signal)(1 + 1e-6), end)  # noqa: E731
-    monkeypatch.setattr(crosscheck.response, "solve", stretched)
+    monkeypatch.setattr(crosscheck.collocation, "solve", stretched)
 
 
 def bent_twin(monkeypatch):

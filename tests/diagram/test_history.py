@@ -3,6 +3,7 @@
 import itertools
 import math
 
+import effort
 import mpmath as mp
 import numpy as np
 import pytest
@@ -43,11 +44,11 @@ def steps(slope, past, delays, kinks=(), t=T):
 
     def at(time, i):
         if time <= 0 and not (pieces and time > -1e-13):
-            return initial_function(time)[i]
+            return past(time)[i]
         k = min(max(np.searchsorted(ends, time + 1e-13, side="right") - 1, 0), len(pieces) - 1)
         return pieces[k](time)[i]
 
-    x, out = np.array(initial_function(0.0), float), np.zeros((len(t), len(initial_function(0.0))))
+    x, out = np.array(past(0.0), float), np.zeros((len(t), len(past(0.0))))
     for a, b in itertools.pairwise(ends):
         middle = (a + b) / 2
 
@@ -385,7 +386,7 @@ def test_signals_and_pasts_add_up():
     np.testing.assert_allclose(both, sum(parts), atol=ROUNDING * np.abs(both).max())
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=effort.share(25), deadline=None)
 @given(
     st.floats(-0.5, 3.0),
     st.floats(0.2, 2.0),

@@ -6,7 +6,7 @@ import control
 import numpy as np
 import pytest
 import sympy as sp
-from delay_oracle import WORKING, figure1
+from oracles.delay import WORKING, figure1
 
 from vsctrl.diagram import Block, Diagram, Sum
 from vsctrl.diagram.sampled import channel, cut
@@ -181,7 +181,5 @@ def test_python_controls_bode_and_nyquist_plots_take_it():
 # Sabotage -------------------------------------------------------------------------------------
 def test_a_closed_loop_with_the_wrong_sign_is_noticed(monkeypatch):
     right = cut.closed
-    monkeypatch.setattr(
-        channel.sampling, "closed", lambda loop, sign, hold: right(loop, -sign, hold)
-    )
+    monkeypatch.setattr(channel.cut, "closed", lambda loop, sign, hold: right(loop, -sign, hold))
     assert not loop(0.1).margins().stable

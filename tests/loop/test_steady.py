@@ -2,6 +2,7 @@
 
 import math
 
+import effort
 import mpmath as mp
 import numpy as np
 import pytest
@@ -76,7 +77,7 @@ def test_it_is_where_the_exact_engine_settles(signal, source):
     assert error / scale == pytest.approx(found, abs=1e-10 * (abs(y) / scale + 1))
 
 
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=effort.share(30), deadline=None, derandomize=True)
 @given(
     numbers=st.lists(st.integers(-9, 9), min_size=6, max_size=6),
     late=st.fractions(0, 2, max_denominator=8),
@@ -171,7 +172,7 @@ def test_a_sine_settles_at_its_amplitude_and_phase(placement):
     channel = loop.diagram(placement).at(ell=1.2, ell_hat=1, **numbers)["S_ref", "S"]
     error = np.ravel(channel.response(vs.Sine(3.0, 0.02), t).outputs) - 0.02 * np.sin(3 * t)
     np.testing.assert_allclose(error, size * np.sin(3 * t + phase), atol=1e-12)
-    cosine = np.ravel(channel.response(vs.diagram.signals.Cosine(3.0, 0.02), t).outputs)
+    cosine = np.ravel(channel.response(vs.diagram.signals.elementary.Cosine(3.0, 0.02), t).outputs)
     error = cosine - 0.02 * np.cos(3 * t)
     np.testing.assert_allclose(error, size * np.cos(3 * t + phase), atol=1e-12)
 

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.diagram.description.control_systems import exact_number
+from vsctrl.checks import decimal, frequencies, points, quoted
+from vsctrl.checks import side as side_of
 from vsctrl.diagram.frequency import high_frequency
 from vsctrl.diagram.frequency import margins as frequency
 from vsctrl.diagram.frequency import value as frequency_value
 from vsctrl.diagram.pade import order as pade
-from vsctrl.diagram.quantities import check_side, frequencies, points, shown
 from vsctrl.diagram.realisation import assembly, delay_system
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.roots import argument_principle, rightmost
@@ -50,14 +50,14 @@ class Channel:
     sign: int = 1
 
     def __post_init__(self) -> None:
-        self.system.diagram._check_channel(self.source, self.target)
+        self.system.diagram.check_channel(self.source, self.target)
 
     @property
     def expr(self) -> sp.Expr:
         """The exact transfer function in s, numbers put in."""
         diagram = self.system.diagram
         numbers = {
-            diagram.parameters[name]: exact_number(value, f"at: {name}")
+            diagram.parameters[name]: decimal(f"at: {name}", value)
             for name, value in self.system.values.items()
         }
         return self.sign * diagram.transfer(self.source, self.target).subs(numbers)
@@ -73,7 +73,7 @@ class Channel:
 
         Errors: `InputError` where s is not finite.
         """
-        at = points("s", s)
+        at = points("channel: s", s)
         value = frequency_value.value(self.system, self.source, self.target, at)
         value = value if self.sign > 0 else np.negative(value, out=value)
         return value if at.ndim else complex(value)
@@ -85,7 +85,7 @@ class Channel:
         """
         import control
 
-        w = frequencies(omega)
+        w = frequencies("frequency_response: omega", omega)
         return control.FrequencyResponseData(
             self(1j * w),
             w,
@@ -125,7 +125,7 @@ class Channel:
         that is not usable; `LimitError` where the jumps of a neutral loop become too many.
         """
         check_signal(signal)
-        check_side("response", side)
+        side_of("response", side)
         import control
 
         times = checked_times(t)
@@ -176,7 +176,7 @@ class Channel:
         """
         if not isinstance(on, str) or on != "response":
             raise InputError(
-                f"pade: on = {shown(on)} is of no use here, as only a loop opened by "
+                f"pade: on = {quoted(on)} is of no use here, as only a loop opened by "
                 "system.open(…) has margins; leave it out or open the loop."
             )
         return pade.model(self, order, tol, band)

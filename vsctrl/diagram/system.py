@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vsctrl.checks import number, quoted, reals
 from vsctrl.diagram.channel import Channel, OpenLoop
 from vsctrl.diagram.consistency import crosscheck
-from vsctrl.diagram.quantities import real_number, reals, shown
 from vsctrl.diagram.realisation import reduction
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.roots import argument_principle, rightmost
@@ -41,7 +41,7 @@ class System(Numeric):
     def __getitem__(self, channel: tuple[str, str]) -> Channel:
         """The channel from an input to any signal, ``system["S_ref", "S"]``."""
         if not _is_pair(channel):
-            raise InputError(f"{shown(channel)} is no channel; write system['input', 'output'].")
+            raise InputError(f"{quoted(channel)} is no channel; write system['input', 'output'].")
         return Channel(self, *channel)
 
     def with_(self, **values: float) -> System:
@@ -51,7 +51,7 @@ class System(Numeric):
     def open(self, signal: str) -> OpenLoop:
         """The loop transfer function L of the return difference 1 + L, broken at a named signal."""
         if not isinstance(signal, str):
-            raise InputError(f"open: {shown(signal)} is no signal; give the name of one.")
+            raise InputError(f"open: {quoted(signal)} is no signal; give the name of one.")
         opened = System(self.diagram.open(signal), self.values)
         return OpenLoop(opened, f"{signal}__cut", signal, sign=-1)
 
@@ -88,7 +88,7 @@ class System(Numeric):
 
         Errors: `InputError` where sigma is not finite, or so far left that e^{−sigma τ} overflows.
         """
-        line = real_number("roots_right_of", "sigma", sigma, "rad/s")
+        line = number("roots_right_of: sigma", sigma, "a finite number of rad/s")
         late = float(sum(reduction.delays_in_loops(self.autonomous).delays))
         if -line * late > FARTHEST:
             raise InputError(
@@ -105,11 +105,11 @@ class System(Numeric):
         `LimitError` as `poles`.
         """
         if not isinstance(parameter, str):
-            raise InputError(f"root_locus: {shown(parameter)} is no parameter; give its name.")
+            raise InputError(f"root_locus: {quoted(parameter)} is no parameter; give its name.")
         given = reals(values)
         if given is None or not given.size:
             raise InputError(
-                f"root_locus: values = {shown(values)} is not usable; "
+                f"root_locus: values = {quoted(values)} is not usable; "
                 "give one finite real number or more."
             )
         rows = [self.with_(**{parameter: v}).poles(n)[:n] for v in given.ravel().tolist()]

@@ -8,10 +8,10 @@ from typing import Any
 
 import sympy as sp
 
+from vsctrl import checks as check
+from vsctrl.checks import decimal
 from vsctrl.diagram import Diagram
-from vsctrl.diagram.description.control_systems import exact_number
 from vsctrl.errors import InputError, nearest
-from vsctrl.loop import values as check
 from vsctrl.symbols import ell, ell_hat, h, kappa, tau, tau_hat
 
 
@@ -27,7 +27,7 @@ def parameters(diagram: Diagram) -> dict[str, sp.Symbol]:
     """
     if not isinstance(diagram, Diagram):
         raise InputError(
-            f"{check.shown(diagram)} is no diagram; give one, like loop.diagram('aligned')."
+            f"{check.quoted(diagram)} is no diagram; give one, like loop.diagram('aligned')."
         )
     names = dict(diagram.parameters)
     if _has_both(diagram):
@@ -54,7 +54,7 @@ def known(caller: str, diagram: Diagram, values: Mapping[str, Any]) -> dict[sp.S
 
 def exact(value: Any) -> sp.Expr:
     """An expression as it is, a number as the decimal that it prints as."""
-    return value if isinstance(value, sp.Expr) else sp.Rational(exact_number(value, "value"))
+    return value if isinstance(value, sp.Expr) else sp.Rational(decimal("value", value))
 
 
 def _check(symbol: sp.Symbol) -> Callable[[str, Any], float]:

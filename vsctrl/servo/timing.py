@@ -7,13 +7,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from vsctrl import timing
 from vsctrl.servo.arrays import Array
 
 Placement = Literal["measurement", "aligned", "actuator"]
-
-# Times are decimal fractions typed by people: 9 s / 0.04 s is 225 frames, not
-# 224.99999999999997.
-WHOLE = 1e-6
 
 
 class Delays(NamedTuple):
@@ -33,18 +30,12 @@ def delays(placement: Placement, periods: float) -> Delays:
     }[placement]
 
 
-def whole(periods: float) -> int | None:
-    """A number of periods as an integer where it is one, else None."""
-    nearest = round(periods)
-    return nearest if abs(periods - nearest) <= WHOLE else None
-
-
 def delayed(t: Array, period: float, periods: float) -> Array:
     """The times ``t_k − periods·Tₛ``, never before 0; on the frames where that is whole.
 
     t: (n,) in s, the frames.
     """
-    d = whole(periods)
+    d = timing.whole(periods)
     if d is None:
         return np.maximum(t - periods * period, 0.0)
     return t[np.maximum(np.arange(len(t)) - d, 0)]

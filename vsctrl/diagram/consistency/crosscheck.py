@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +20,7 @@ from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.time import collocation
 from vsctrl.errors import ImproperError, InputError, LimitError
 from vsctrl.symbols import s
+from vsctrl.tables import Printed, html, text
 
 if TYPE_CHECKING:
     from vsctrl.diagram.consistency.faces import Channel, System
@@ -48,8 +48,8 @@ class Line:
         return self.difference <= self.allowed
 
 
-@dataclass(frozen=True)
-class CrossCheck:
+@dataclass(frozen=True, repr=False)
+class CrossCheck(Printed):
     """All comparisons of one system; `passed` if every one of them did."""
 
     lines: tuple[Line, ...]
@@ -59,34 +59,24 @@ class CrossCheck:
         """Whether every face agrees with every other."""
         return all(line.passed for line in self.lines)
 
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
-
     def __str__(self) -> str:
-        head = f"{'channel':24}{'faces':44}{'difference':>11}{'allowed':>9}"
-        rows = [
-            f"{line.channel:24}{line.faces:44}{line.difference:11.1e}{line.allowed:9.0e}  "
-            + ("pass" if line.passed else "FAIL")
-            + (f" ({line.note})" if line.note else "")
-            for line in self.lines
-        ]
-        return "\n".join([head, *rows])
+        return text(self._rows(" ({})"), "{:24}{:44}{:>11}{:>9}  {}")
 
     def _repr_html_(self) -> str:
-        cells = [("channel", "faces", "difference", "allowed", "")]
-        cells += [
+        return html(self._rows(", {}"))
+
+    def _rows(self, note: str) -> list[tuple[str, ...]]:
+        rows = [
             (
                 line.channel,
                 line.faces,
                 f"{line.difference:.1e}",
                 f"{line.allowed:.0e}",
-                ("pass" if line.passed else "FAIL") + (f", {line.note}" if line.note else ""),
+                ("pass" if line.passed else "FAIL") + (note.format(line.note) if line.note else ""),
             )
             for line in self.lines
         ]
-        rows = ("".join(f"<td>{escape(cell)}</td>" for cell in row) for row in cells)
-        return "<table>" + "".join(f"<tr>{row}</tr>" for row in rows) + "</table>"
+        return [("channel", "faces", "difference", "allowed", ""), *rows]
 
 
 def crosscheck(system: System) -> CrossCheck:

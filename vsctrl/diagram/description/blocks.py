@@ -14,9 +14,8 @@ from typing import Any
 
 import sympy as sp
 
+from vsctrl.checks import decimal, quoted
 from vsctrl.diagram.description import control_systems
-from vsctrl.diagram.description.control_systems import exact_number
-from vsctrl.diagram.quantities import shown
 from vsctrl.errors import InputError
 from vsctrl.symbols import s
 
@@ -39,7 +38,7 @@ class Sum:
     def __post_init__(self) -> None:
         if not isinstance(self.equation, str) or not (found := _SUM.fullmatch(self.equation)):
             raise InputError(
-                f"Sum: {shown(self.equation)} is no equation; write it like 'e = S_ref - S_meas'."
+                f"Sum: {quoted(self.equation)} is no equation; write it like 'e = S_ref - S_meas'."
             )
         terms: list[tuple[int, str]] = []
         rest = found["terms"]
@@ -105,12 +104,12 @@ class Block:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.strip():
             raise InputError(
-                f"Block: the name {shown(self.name)} is empty; give every block a name."
+                f"Block: the name {quoted(self.name)} is empty; give every block a name."
             )
         expr = _expression(control_systems.expression(self.expr, self.name), self.name)
         if not isinstance(self.wiring, str) or not (found := _ARROW.fullmatch(self.wiring)):
             raise InputError(
-                f"Block {self.name!r}: the wiring {shown(self.wiring)} is not understood; "
+                f"Block {self.name!r}: the wiring {quoted(self.wiring)} is not understood; "
                 "write it like 'u -> y'."
             )
         object.__setattr__(self, "expr", expr)
@@ -242,19 +241,17 @@ def _expression(value: Any, name: str) -> sp.Expr:
             value = float(value)
         except (TypeError, ValueError):
             raise InputError(
-                f"Block {name!r}: {shown(value)} is no transfer function; "
+                f"Block {name!r}: {quoted(value)} is no transfer function; "
                 "give a number or a SymPy expression in s."
             ) from None
     if isinstance(value, float):
-        value = exact_number(value, f"Block {name!r}")
+        value = decimal(f"Block {name!r}", value)
     expr = sp.Rational(value) if isinstance(value, int | Fraction) else value
     if expr.has(sp.nan):
         raise InputError(f"Block {name!r}: {expr} is no number; give a finite one.")
     # A second symbol called "s" with other assumptions would silently become a parameter.
     exact = {a: s for a in expr.free_symbols if a.name == "s" and a != s}
-    exact |= {
-        a: sp.Rational(exact_number(float(a), f"Block {name!r}")) for a in expr.atoms(sp.Float)
-    }
+    exact |= {a: sp.Rational(decimal(f"Block {name!r}", float(a))) for a in expr.atoms(sp.Float)}
     return expr.xreplace(exact)
 
 

@@ -7,21 +7,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable
-from fractions import Fraction
 from typing import Any
 
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
+from vsctrl.checks import decimal
 from vsctrl.errors import InputError
 from vsctrl.symbols import s
-
-
-def exact_number(value: float, where: str) -> Fraction:
-    """The decimal that a float prints as (0.08 → 2/25), so that delays add up exactly."""
-    if not abs(value) < float("inf"):
-        raise InputError(f"{where}: {value} is not finite; give a finite number.")
-    return Fraction(repr(float(value)))
 
 
 def expression(value: Any, name: str) -> Any:
@@ -74,4 +67,4 @@ def _from_states(system: Any, name: str) -> sp.Expr:
 
 
 def _exact(value: float, name: str) -> sp.Rational:
-    return sp.Rational(exact_number(value, f"Block {name!r}"))
+    return sp.Rational(decimal(f"Block {name!r}", value))

@@ -30,6 +30,7 @@ from vsctrl.diagram.frequency.piecewise import (
     log_grid,
 )
 from vsctrl.diagram.numerics.chebyshev import squared
+from vsctrl.tables import html
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -79,8 +80,7 @@ class Margins:
             ),
             "bandwidth": f"{self.bandwidth:.4g} rad/s",
         }
-        body = "".join(f"<tr><th>{k}</th><td>{v}</td></tr>" for k, v in rows.items())
-        return f"<table>{body}</table>"
+        return html(rows.items(), labels=True)
 
 
 def margins(

@@ -12,15 +12,15 @@ is 0 all around, the error is absolute.
 from __future__ import annotations
 
 import copy
-import math
-from numbers import Real
 from typing import Any, Protocol
 
 import control
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vsctrl.checks import reals, unusable
 from vsctrl.diagram.frequency.margins import Margins
+from vsctrl.diagram.pade.band import checked_band
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.signals.signal import Signal
@@ -213,37 +213,7 @@ class PadeModel(control.StateSpace):
 
 
 def _frequencies(omega: ArrayLike) -> Array:
-    try:
-        w = np.asarray(omega)
-        w = w.astype(float) if w.dtype.kind in "iuf" else np.array(np.nan)
-    except ValueError:  # a ragged list
-        w = np.array(np.nan)
-    if not np.isfinite(w).all():
-        raise InputError("error: omega must be finite frequencies in rad/s.")
+    w = reals(omega)
+    if w is None:
+        raise unusable("error: omega", omega, "finite frequencies in rad/s")
     return w
-
-
-Band = tuple[float, float]
-
-
-def checked_band(channel: Any, band: Any) -> Band:
-    """A band (low, high) in rad/s; without one, from 0 to a full turn of the longest delay, 2π/τ.
-
-    Up to there a delay can bring a loop to −180° by itself, so that crossover, bandwidth and the
-    peaks of a loop that the delay limits lie inside. Without a delay it ends at ten times the
-    fastest rate.
-    """
-    if band is None:
-        system = channel.realisation
-        if system.delays:
-            return 0.0, 2 * math.pi / float(max(system.delays))
-        fastest = float(np.abs(np.linalg.eigvals(system.A)).max(initial=0.0))
-        return 0.0, 10 * fastest or 10.0
-    pair = tuple(band) if isinstance(band, tuple | list | np.ndarray) else ()
-    numbers = all(isinstance(w, Real) and not isinstance(w, bool) for w in pair)
-    if len(pair) == 2 and numbers and 0 <= pair[0] < pair[1] < math.inf:
-        return float(pair[0]), float(pair[1])
-    raise InputError(
-        f"pade: band = {band!r} is no band; give two frequencies in rad/s, as (0.01, 50), the "
-        "first 0 or more and below the second."
-    )

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from vsctrl.diagram.frequency import margins as frequency
 from vsctrl.diagram.pade.approximant import matrices, pade_delay
-from vsctrl.diagram.pade.model import checked_band
+from vsctrl.diagram.pade.band import checked_band
 from vsctrl.errors import InputError, LimitError, nearest
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vsctrl.checks import frequencies, points, quoted, reals
 from vsctrl.diagram.frequency import margins as frequency
-from vsctrl.diagram.quantities import frequencies, points, reals, shown
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.sampled import cut, poles
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
@@ -54,7 +54,7 @@ class SampledChannel:
     sign: int = 1
 
     def __post_init__(self) -> None:
-        self.twin.system.diagram._check_channel(self.source, self.target)
+        self.twin.system.diagram.check_channel(self.source, self.target)
 
     @cached_property
     def recursion(self) -> DifferenceEquation:
@@ -66,7 +66,7 @@ class SampledChannel:
 
         Errors: `InputError` where z is not finite, and at 0 where anything is late.
         """
-        at = points("z", z)
+        at = points("channel: z", z)
         late = max(self.recursion.taps)
         if late and (at == 0).any():
             raise InputError(
@@ -106,7 +106,7 @@ class SampledChannel:
         """
         import control
 
-        w = frequencies(omega)
+        w = frequencies("frequency_response: omega", omega)
         return control.FrequencyResponseData(
             self(np.exp(1j * w * self.twin.period)),
             w,
@@ -138,24 +138,24 @@ class SampledChannel:
         if isinstance(signal, Signal):
             if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
                 raise InputError(
-                    f"response: n = {shown(n)} is no number of samples; "
+                    f"response: n = {quoted(n)} is no number of samples; "
                     "give a whole number of 1 or more, the samples being a period apart."
                 )
             if n > MOST_SAMPLES:
                 raise LimitError(
-                    f"response: n = {shown(n)} samples are too many; give {MOST_SAMPLES} or fewer."
+                    f"response: n = {quoted(n)} samples are too many; give {MOST_SAMPLES} or fewer."
                 )
             t = np.asarray(float(self.twin.period) * np.arange(n))
             return t, _numbers(signal, t)
         samples = reals(signal)
         if samples is None or samples.ndim != 1 or not len(samples):
             raise InputError(
-                f"response: {shown(signal)} is no signal; give a Step(…), Ramp(…), Sine(…), … "
+                f"response: {quoted(signal)} is no signal; give a Step(…), Ramp(…), Sine(…), … "
                 "and a number of samples, or a list of finite samples."
             )
         if n is not None and (not isinstance(n, int | np.integer) or n != len(samples)):
             raise InputError(
-                f"response: n = {shown(n)}, but there are {len(samples)} samples; drop n."
+                f"response: n = {quoted(n)}, but there are {len(samples)} samples; drop n."
             )
         return np.asarray(float(self.twin.period) * np.arange(len(samples))), samples
 
@@ -245,5 +245,5 @@ class SampledLoop(SampledChannel):
 def _numbers(signal: Signal, t: Array) -> Array:
     """The signal at the samples, right limits; it must hold numbers."""
     if any(hasattr(x, "free_symbols") for _, term in signal.primitives for x in term.values):
-        raise InputError(f"response: {shown(signal)} holds symbols; give it numbers.")
+        raise InputError(f"response: {quoted(signal)} holds symbols; give it numbers.")
     return np.asarray(signal(t), float)

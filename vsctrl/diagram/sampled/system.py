@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.checks import decimal, is_finite, quoted
 from vsctrl.diagram.description.blocks import Block
-from vsctrl.diagram.description.control_systems import exact_number
-from vsctrl.diagram.quantities import is_finite, shown
 from vsctrl.diagram.sampled import cut as sampling
 from vsctrl.diagram.sampled import poles
 from vsctrl.diagram.sampled.channel import SampledChannel, SampledLoop
@@ -66,7 +65,7 @@ class SampledSystem:
         """The channel from an input to the samples of any signal, ``twin["S_ref", "S"]``."""
         pair = isinstance(channel, tuple) and len(channel) == 2
         if not pair or not all(isinstance(name, str) for name in channel):
-            raise InputError(f"{shown(channel)} is no channel; write twin['input', 'output'].")
+            raise InputError(f"{quoted(channel)} is no channel; write twin['input', 'output'].")
         return SampledChannel(self, *channel)
 
     def open(self, signal: str | None = None) -> SampledLoop:
@@ -93,7 +92,7 @@ class SampledSystem:
             remedy = f"sample with hold={signal!r} if that is what is held"
         raise InputError(
             f"open: the sampled loop is broken at its held signal {self.hold!r} only, not at "
-            f"{shown(signal)}; {remedy}."
+            f"{quoted(signal)}; {remedy}."
         )
 
     def poles(self, n: int | None = None) -> Complex:
@@ -115,7 +114,7 @@ class SampledSystem:
 
     @cached_property
     def _seconds(self) -> Fraction:
-        return exact_number(float(self.period), "sampled: period")
+        return decimal("sampled: period", float(self.period))
 
     @cached_property
     def _cut(self) -> sampling.Cut:
@@ -166,7 +165,7 @@ class SampledSystem:
 def _check(system: Numeric, period: float, hold: str, digital: Mapping[str, str]) -> None:
     if not isinstance(period, int | float | np.number) or not is_finite(period) or period <= 0:
         raise InputError(
-            f"sampled: period = {shown(period)} is not usable; give a finite time above 0 s."
+            f"sampled: period = {quoted(period)} is not usable; give a finite time above 0 s."
         )
     late = max(
         (tau for b in system.blocks for side in (b.num, b.den) for _, tau in side), default=0
@@ -179,7 +178,7 @@ def _check(system: Numeric, period: float, hold: str, digital: Mapping[str, str]
     diagram = system.diagram
     if not isinstance(hold, str) or hold not in diagram.signals:
         raise InputError(
-            f"sampled: hold = {shown(hold)} is no signal{nearest(hold, diagram.signals)}; "
+            f"sampled: hold = {quoted(hold)} is no signal{nearest(hold, diagram.signals)}; "
             f"the diagram has {', '.join(diagram.signals)}."
         )
     if not any(hold in part.inputs for part in diagram.parts):
@@ -189,18 +188,18 @@ def _check(system: Numeric, period: float, hold: str, digital: Mapping[str, str]
         )
     if not isinstance(digital, Mapping):
         raise InputError(
-            f'sampled: digital = {shown(digital)} is not usable; write {{"block": "tustin"}}.'
+            f'sampled: digital = {quoted(digital)} is not usable; write {{"block": "tustin"}}.'
         )
     blocks = [part.name for part in diagram.parts if isinstance(part, Block)]
     for name, method in digital.items():
         if name not in blocks:
             raise InputError(
-                f"sampled: there is no block {shown(name)} to run in the computer"
+                f"sampled: there is no block {quoted(name)} to run in the computer"
                 f"{nearest(name, blocks)}; the diagram has {', '.join(blocks)}."
             )
         if not isinstance(method, str) or method not in sampling.METHODS:
             raise InputError(
-                f"sampled: method {shown(method)} for block {name!r} is not known"
+                f"sampled: method {quoted(method)} for block {name!r} is not known"
                 f"{nearest(method, sampling.METHODS)}; "
                 f"choose {', '.join(map(repr, sampling.METHODS))}."
             )

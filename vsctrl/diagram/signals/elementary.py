@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.diagram.quantities import check_number, positive, rational
-from vsctrl.diagram.signals.signal import Part, Primitive, Signal
+from vsctrl.checks import decimal, positive
+from vsctrl.diagram.signals.signal import Part, Primitive, Signal, check_number
 from vsctrl.errors import InputError
 
 Array = NDArray[np.float64]
@@ -154,13 +154,13 @@ class Pulse(Signal):
     amplitude: float = 1.0
 
     def __post_init__(self) -> None:
-        positive("Pulse", "width", self.width)
+        positive("Pulse: width", self.width, "a finite number of seconds above 0")
         check_number("Pulse", "amplitude", self.amplitude)
 
     @property
     def terms(self) -> tuple[tuple[Fraction, Part], ...]:
         """A step up and a step down."""
-        end = rational(self.width)
+        end = decimal("width", self.width)
         return ((Fraction(0), Step(self.amplitude)), (end, Step(-self.amplitude)))
 
     def scaled(self, factor: Any) -> Pulse:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.diagram.quantities import positive, rational
+from vsctrl.checks import decimal, positive, quoted
 from vsctrl.diagram.signals.elementary import Pulse, Ramp, Step
 from vsctrl.diagram.signals.signal import Part, Primitive, Signal, lag
 from vsctrl.errors import InputError
@@ -39,7 +39,7 @@ class Samples(Part):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", _samples(self.values))
-        positive("Samples", "period", self.period)
+        positive("Samples: period", self.period, "a finite number of seconds above 0")
         if self.hold not in HOLDS:
             raise InputError(f"Samples: hold = {self.hold!r} is unknown; give 'zero' or 'first'.")
 
@@ -49,7 +49,7 @@ class Samples(Part):
     @property
     def spacing(self) -> Fraction:
         """The period as the decimal it prints as."""
-        return rational(self.period)
+        return decimal("period", self.period)
 
     @property
     def changes(self) -> list[tuple[Fraction, Primitive]]:
@@ -112,7 +112,7 @@ def _samples(values: Any) -> tuple[float, ...]:
         usable = False
     if not usable:
         raise InputError(
-            f"Samples: values = {_short(values)} is not usable; give a list of one number or more."
+            f"Samples: values = {quoted(values)} is not usable; give a list of one number or more."
         )
     lost = np.flatnonzero(~np.isfinite(given))
     if len(lost):
@@ -120,8 +120,3 @@ def _samples(values: Any) -> tuple[float, ...]:
             f"Samples: values[{lost[0]}] = {given[lost[0]]} is not finite; repair or drop it."
         )
     return tuple(given.astype(float).tolist())
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "…"

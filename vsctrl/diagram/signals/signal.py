@@ -19,7 +19,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.diagram.quantities import check_number, instants, late_by, multiple
+from vsctrl.checks import decimal, is_finite, is_symbolic, number, reals, unusable
+from vsctrl.checks import side as side_of
 from vsctrl.errors import InputError
 
 Array = NDArray[np.float64]
@@ -49,7 +50,7 @@ class Signal(ABC):
 
         Errors: `InputError` where the delay is no such number.
         """
-        late = late_by("delayed", "seconds", seconds)
+        late = _start(seconds)
         return _total((start + late, part) for start, part in self.terms)
 
     def derivative(self) -> Signal | None:
@@ -84,7 +85,7 @@ class Signal(ABC):
 
         Errors: `InputError` for times that are not finite and for a side that is none.
         """
-        times = instants(t, side)
+        times = _instants(t, side)
         seen = beside(times, side, float(np.abs(times).max(initial=0.0)))
         total = np.zeros(times.shape)
         for start, part in self.terms:
@@ -118,14 +119,14 @@ class Signal(ABC):
 
     def __mul__(self, factor: object) -> Signal:
         """The signal times a number or a symbol."""
-        number = multiple("factor", factor)
+        number = _multiple("factor", factor)
         return NotImplemented if number is None else self.scaled(number)
 
     __rmul__ = __mul__
 
     def __truediv__(self, divisor: object) -> Signal:
         """The signal divided by a number or a symbol; 0 is refused."""
-        number = multiple("divisor", divisor)
+        number = _multiple("divisor", divisor)
         return NotImplemented if number is None else self.scaled(1 / number)
 
 
@@ -241,3 +242,36 @@ def lag(start: Fraction, s: Any, exp: Callable[[Any], Any]) -> Any:
         raise InputError(
             f"laplace: s = {s} is a symbol and the signal starts late; give exp=sympy.exp."
         ) from error
+
+
+def check_number(what: str, name: str, value: Any) -> None:
+    """Refuse what is neither a finite number nor a symbol."""
+    if not is_symbolic(value):
+        number(f"{what}: {name}", value)
+
+
+def _instants(t: object, side: object) -> Array:
+    times = reals(t)
+    if times is None:
+        raise unusable("signal: t", t, "finite times in s")
+    side_of("signal", side)
+    return times
+
+
+def _start(seconds: Any) -> Fraction:
+    if not is_finite(seconds) or seconds < 0:
+        raise unusable("delayed: seconds", seconds, "0 s or more, as signals begin at 0 s")
+    return decimal("seconds", seconds)
+
+
+def _multiple(name: str, value: Any) -> Any:
+    """A factor or divisor, None where it is neither a number nor a symbol."""
+    if not isinstance(value, Real) and not hasattr(value, "free_symbols"):
+        return None
+    if name == "factor" and isinstance(value, float):
+        return value  # the signal names its own field if the product is not finite
+    check_number("signal", name, value)
+    if name == "divisor" and value == 0:
+        raise InputError("signal: divisor = 0 is not usable; give a number other than 0.")
+    # A NumPy number would warn where its inverse overflows.
+    return value if name == "factor" or is_symbolic(value) else float(value)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.diagram.quantities import is_finite
+from vsctrl.checks import is_finite
 from vsctrl.diagram.stability_chart import raster
 from vsctrl.diagram.stability_chart.d_partition import Search
 from vsctrl.errors import InputError, nearest

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from vsctrl.checks import decimal
 from vsctrl.diagram.description.blocks import delay_symbol
-from vsctrl.diagram.description.control_systems import exact_number
 from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.errors import InputError
 
@@ -73,7 +73,7 @@ class Coefficients:
                     f"at: the delay {name} = {number:g} s is negative, which would predict the "
                     "future; give a delay of 0 or more."
                 )
-            delays[delay_symbol(expr)] = exact_number(number, f"at: delay {name}")
+            delays[delay_symbol(expr)] = decimal(f"at: delay {name}", number)
         rest = iter(numbers[len(self._delays) :])
         blocks = []
         for block in self._diagram.blocks:

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.checks import is_finite
 from vsctrl.diagram.description.blocks import Block
 from vsctrl.diagram.description.wiring import resolve as expand
-from vsctrl.diagram.quantities import is_finite
 from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.signals.signal import Signal, beside
 from vsctrl.diagram.symbolic.coefficients import BlockCoefficients

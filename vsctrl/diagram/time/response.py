@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vsctrl.checks import quoted, reals
 from vsctrl.diagram.description.blocks import Block
-from vsctrl.diagram.quantities import reals, shown
 from vsctrl.diagram.realisation import assembly, delay_system
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.signals.signal import Signal
@@ -54,7 +54,7 @@ def _integrated(loop: Numeric, source: str) -> Numeric:
 def check_signal(signal: object) -> None:
     if not isinstance(signal, Signal):
         raise InputError(
-            f"response: {shown(signal)} is no signal; give a Step(…), Ramp(…), Parabola(…), "
+            f"response: {quoted(signal)} is no signal; give a Step(…), Ramp(…), Parabola(…), "
             "Sine(…), Pulse(…), Samples(…) or a sum of these."
         )
     symbolic = any(
@@ -63,7 +63,7 @@ def check_signal(signal: object) -> None:
         for value in primitive.values
     )
     if symbolic:
-        raise InputError(f"response: {shown(signal)} holds symbols; give it numbers.")
+        raise InputError(f"response: {quoted(signal)} holds symbols; give it numbers.")
 
 
 def checked_times(t: ArrayLike) -> Array:

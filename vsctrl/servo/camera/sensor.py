@@ -11,10 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo import timing
+from vsctrl import timing
 from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.camera.camera import NEAREST, Camera
 from vsctrl.servo.camera.lens import distorted
+from vsctrl.servo.timing import delayed
 
 
 class TrueImage(NamedTuple):
@@ -118,8 +119,9 @@ class Schedule:
         """The schedule of the frames t (n,) in s, of images that are ``age`` periods (s) old."""
         n = len(t)
         k = np.arange(n)
-        exposed = timing.delayed(t, period, age)
-        on_frame = timing.whole(age) is not None
+        exposed = delayed(t, period, age)
+        full, fraction = timing.split(age)
+        on_frame = not fraction
         if errors.jitter:
             draw = np.random.default_rng([errors.seed, 1]).standard_normal(n)
             ages = np.maximum(age * period + errors.jitter * draw, 0.0)
@@ -130,7 +132,7 @@ class Schedule:
         if errors.missed:
             fresh = np.random.default_rng([errors.seed, 2]).random(n) >= errors.missed
             fresh[0] = True
-        index = np.maximum(k - int(age + timing.WHOLE), 0)
+        index = np.maximum(k - full, 0)
         if errors.jitter:
             index = np.searchsorted(exposed, exposed)
         # What is shown again is not new, and has the noise that it had.

@@ -7,7 +7,7 @@ which the law takes away: ``T = −λ L̂⁺ (ŝ − s*) + L̂⁺ (k_ff ds*/dt �
 
 import numpy as np
 
-from vsctrl.servo import timing
+from vsctrl import timing
 from vsctrl.servo.arrays import Array
 from vsctrl.servo.control.measurement import Measurement
 from vsctrl.servo.estimation.image_filter import Estimate, ImageFilter
@@ -21,11 +21,9 @@ class Smith:
     """
 
     def __init__(self, period: float, latency: float) -> None:
-        d = latency / period
-        n = timing.whole(d)
-        full = int(d) if n is None else n
+        full, share = timing.split(latency / period)
         # Seconds that each of the last commands acted in that time, the latest first.
-        self._shares = period * np.array([1.0] * full + ([] if n is not None else [d - full]))
+        self._shares = period * np.array([1.0] * full + [share] * (share > 0))
         self._commands = np.zeros((len(self._shares), 6))
 
     def __call__(

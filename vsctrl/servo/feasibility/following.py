@@ -21,6 +21,7 @@ from vsctrl.servo.feasibility.limits import Limits
 from vsctrl.servo.feasibility.peaks import Peaks, above, peaks
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.robot.gantry import FreeCamera, Robot
+from vsctrl.tables import html, text
 
 Intervals = tuple[tuple[float, float], ...]
 
@@ -29,6 +30,7 @@ ROUNDING = 1e-9
 # A jump below this share of its limit is rounding.
 STILL = 1e-9
 FEWEST_SAMPLES = 10
+HEADS = ("limit of", "most asked", "limit", "share", "at")
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,33 +148,26 @@ class Feasibility:
 
     def __repr__(self) -> str:
         """A table of the limits, and what is wrong or which limit is nearest."""
-        rows = [("limit of", "most asked", "limit", "share", "at")]
-        rows += [
+        form = "{:<24}{:>12}{:>16}{:>10}   {}  {}"
+        return "\n".join([text([HEADS, *self._rows()], form), *self.sentences])
+
+    def _repr_html_(self) -> str:
+        """A table of the limits for notebooks."""
+        said = "<br>".join(escape(sentence) for sentence in self.sentences)
+        return f"<p>{said}</p>{html(self._rows(), heads=HEADS, left=1)}"
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        return [
             (
                 r.name,
                 f"{r.value:.4g}",
                 f"{r.limit:.4g} {r.unit}",
                 f"{100 * r.share:.3g} %",
-                f"{r.t:.4g} s{'' if r.ok else '  not kept'}",
+                f"{r.t:.4g} s",
+                "" if r.ok else "not kept",
             )
             for r in self.readings
         ]
-        table = [f"{a:<24}{b:>12}{c:>16}{d:>10}   {e}" for a, b, c, d, e in rows]
-        return "\n".join([*table, *self.sentences])
-
-    def _repr_html_(self) -> str:
-        """A table of the limits for notebooks."""
-        rows = "".join(
-            f"<tr><td style='text-align:left'>{escape(r.name)}</td><td>{r.value:.4g}</td>"
-            f"<td>{r.limit:.4g} {escape(r.unit)}</td><td>{100 * r.share:.3g} %</td>"
-            f"<td>{r.t:.4g} s</td><td>{'' if r.ok else 'not kept'}</td></tr>"
-            for r in self.readings
-        )
-        said = "<br>".join(escape(sentence) for sentence in self.sentences)
-        head = (
-            "<tr><th>limit of</th><th>most asked</th><th>limit</th><th>share</th><th>at</th></tr>"
-        )
-        return f"<p>{said}</p><table>{head}{rows}</table>"
 
 
 def feasibility(

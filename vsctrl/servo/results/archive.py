@@ -20,8 +20,8 @@ from typing import Any, NoReturn, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl import files
 from vsctrl.errors import InputError
-from vsctrl.files import read_bytes, write
 from vsctrl.servo import checks
 from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.camera.camera import Camera
@@ -42,12 +42,12 @@ _AGAIN = "simulate the scenario again and save that"
 
 def save(run: Frames, path: Path) -> None:
     """Write a run to exactly this path, all of it or nothing. Raises InputError if impossible."""
-    write(path, pack(run), "run")
+    files.write(path, pack(run), "run")
 
 
 def load(cls: type[R], path: Path) -> R:
     """Run, of class cls, from a file. Raises InputError, a sentence that begins with the path."""
-    return unpack(cls, read_bytes(path), str(path))
+    return unpack(cls, files.read_bytes(path), str(path))
 
 
 def pack(run: Frames) -> bytes:

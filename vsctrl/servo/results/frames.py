@@ -76,4 +76,4 @@ class Frames:
     @property
     def reference_velocity(self) -> Array:
         """Of the reference at the frames, in its camera frame, (n, 3) in m/s."""
-        return self.scenario.reference.twist(self.t)[:, :3]
+        return self.scenario.reference.twist_at_frames(self.t)[:, :3]

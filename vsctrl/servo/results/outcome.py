@@ -15,6 +15,7 @@ from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.frames import Frames
 from vsctrl.servo.results.status import Event, Status
 from vsctrl.servo.robot.gantry import Gantry
+from vsctrl.tables import Printed
 
 SCHEMA = "vsctrl-simulate/1"
 # Less than this is rounding to a reader, in mm, mrad, px and their speeds alike.
@@ -50,8 +51,8 @@ class Reach(NamedTuple):
     wrist: float
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
+@dataclass(frozen=True, slots=True, repr=False)
+class Outcome(Printed):
     """Summary of a run.
 
     along: lag along the motion, m, None for a reference that does not translate; distance: of the
@@ -111,10 +112,6 @@ class Outcome:
             "joints": None if self.reach is None else self.reach._asdict(),
             "settled": self.settled,
         }
-
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
 
     def __str__(self) -> str:
         """A table to print."""

@@ -5,7 +5,6 @@ The arrays are the record's (``frames``), which everything here takes; figures a
 """
 
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -17,6 +16,7 @@ from vsctrl.servo.results.dataset import dataset
 from vsctrl.servo.results.frames import Frames
 from vsctrl.servo.results.notebook_svg import sketch
 from vsctrl.servo.results.outcome import number, outcome
+from vsctrl.tables import html
 
 if TYPE_CHECKING:
     import xarray
@@ -80,9 +80,4 @@ class Run(Frames):
         seen = np.linalg.norm(self.measured_error[-1])
         rows.append(("final measured error", f"{number(float(seen))} {unit}"))
         rows += [("event", event.sentence) for event in self.events]
-        cells = "".join(
-            f"<tr><th style='text-align:left'>{escape(label)}</th>"
-            f"<td style='text-align:left'>{escape(value)}</td></tr>"
-            for label, value in rows
-        )
-        return f"<table>{cells}</table>{sketch(self)}"
+        return f"{html(rows, labels=True, left=2)}{sketch(self)}"

@@ -3,12 +3,12 @@
 A ``Description`` need not be possible; ``Scenario`` is the one that was checked.
 """
 
-import math
 from typing import Annotated
 
 import numpy as np
 from pydantic import BeforeValidator, Field
 
+from vsctrl import timing
 from vsctrl.servo.arrays import Array
 from vsctrl.servo.motion.trajectory import ConstantScrew, Trajectory
 from vsctrl.servo.pose import from_euler_xyz
@@ -30,7 +30,6 @@ from vsctrl.servo.scenario.options import (
 )
 from vsctrl.servo.scenario.tables import Table
 from vsctrl.servo.scenario.types import Text
-from vsctrl.servo.timing import WHOLE
 
 
 class Description(Table):
@@ -84,17 +83,17 @@ class Description(Table):
     def latency_frames(self) -> int:
         """Latency in video periods, d. Raises InputError when it is no whole number of them."""
         latency, period = self.vision.latency, self.vision.period
-        ratio = latency / period
-        d = round(ratio)
-        if abs(ratio - d) > WHOLE:
-            below = int(ratio)
+        d = timing.whole_periods(latency, period)
+        if d is None:
+            below = timing.last_frame(latency, period)
             raise fields.FieldsError(
                 [
                     (
                         "vision.latency",
-                        f"{latency:g} s is {ratio:g} video periods of {period:g} s; the sampled "
-                        "loop is solved here for whole frames (simulate takes any), so choose "
-                        f"{below * period:g} or {(below + 1) * period:g}",
+                        f"{latency:g} s is {timing.shown(latency / period)} video periods of "
+                        f"{period:g} s; the sampled loop is solved here for whole frames "
+                        "(simulate takes any), so choose "
+                        f"{below * period:.9g} or {(below + 1) * period:.9g}",
                     )
                 ]
             )
@@ -102,8 +101,8 @@ class Description(Table):
 
 
 def count_frames(duration: float, period: float) -> int:
-    """Number N of the last frame at or before the end: ``⌊duration/period⌋`` within rounding."""
-    return math.floor(duration / period + WHOLE)
+    """Number N of the last frame at or before the end, ``⌊duration/period⌋`` by `timing.whole`."""
+    return timing.last_frame(duration, period)
 
 
 def meanings(path: str, model: type[Table]) -> dict[str, str]:

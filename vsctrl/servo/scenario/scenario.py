@@ -13,8 +13,8 @@ from typing import Any, Self
 
 import numpy as np
 
+from vsctrl import files
 from vsctrl.errors import InputError
-from vsctrl.files import read_text, write
 from vsctrl.servo.pose import exp
 from vsctrl.servo.scenario import fields, toml
 from vsctrl.servo.scenario.checks import (
@@ -132,7 +132,7 @@ class Scenario(Description):
     def load(cls, path: str | Path) -> Self:
         """Scenario from a TOML file in UTF-8. Raises InputError that starts with the file."""
         try:
-            return cls.from_toml(read_text(Path(path), "TOML file"))
+            return cls.from_toml(files.read_text(Path(path), "TOML file"))
         except fields.FieldsError as error:
             raise fields.FieldsError(error.problems, source=str(path)) from None
 
@@ -149,7 +149,7 @@ class Scenario(Description):
 
     def save(self, path: str | Path) -> None:
         """Write ``to_toml`` to a file: all of it or nothing. Raises InputError if impossible."""
-        write(Path(path), self.to_toml(), "scenario")
+        files.write(Path(path), self.to_toml(), "scenario")
 
 
 def schema() -> str:
