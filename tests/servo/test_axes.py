@@ -19,7 +19,7 @@ from vsctrl.servo.robot.gantry import Gantry
 A = np.array([0.1, -0.2, 0.3, 0.4, -0.5, 0.6])
 B = np.array([-0.3, 0.1, 0.2, -0.6, 0.3, 0.5])
 WANTED = [(0.25, A), (0.03, B), (0.4, -A), (0.5, np.zeros(6)), (0.3, B)]
-LIMITS = {"acceleration": 0.9, "angular_acceleration": 4.0}
+LIMITS = {"twist_acceleration": 0.9, "angular_acceleration": 4.0}
 # Adaptive integration at rtol 1e-12 keeps about 1e-11 over a thousand steps.
 ODE = 2e-11
 
@@ -30,7 +30,7 @@ def integrated(wanted, capability):
     u' points from u to what is wanted, as fast as the limits allow, until it is there; T' = (u −
     T)/τ; pose' = pose hat(T).
     """
-    a, alpha = capability.accelerations
+    a, alpha = capability.twist_accelerations
     tau = capability.time_constant
 
     def missing(u, aim):
@@ -78,7 +78,7 @@ CASES = [
     Capability(time_constant=0.003),
     Capability(time_constant=30.0),
     Capability(**LIMITS),
-    Capability(acceleration=0.9),
+    Capability(twist_acceleration=0.9),
     Capability(angular_acceleration=4.0),
     Capability(**LIMITS, time_constant=0.07),
 ]
@@ -125,7 +125,7 @@ def test_acceleration_keeps_both_limits_and_reaches_one_of_them():
     assert len(ramps) == len(WANTED)
     for piece in ramps:
         shares = (
-            np.linalg.norm(piece.slope[:3]) / LIMITS["acceleration"],
+            np.linalg.norm(piece.slope[:3]) / LIMITS["twist_acceleration"],
             np.linalg.norm(piece.slope[3:]) / LIMITS["angular_acceleration"],
         )
         assert max(shares) == pytest.approx(1, rel=1e-14)
@@ -224,7 +224,7 @@ def test_saturation_keeps_the_direction_and_no_more_is_lost_than_the_limits_ask(
     [
         ({"speed": 0.0}, "speed: 0.0 is no limit; give a number of m/s above 0"),
         ({"rate": -1.0}, "rate: -1.0"),
-        ({"acceleration": math.nan}, "acceleration: nan"),
+        ({"twist_acceleration": math.nan}, "twist_acceleration: nan"),
         ({"angular_acceleration": 0.0}, "rad/s²"),
         ({"time_constant": -0.1}, "time_constant: -0.1 is no time"),
         ({"time_constant": math.inf}, "time_constant: inf"),

@@ -17,7 +17,7 @@ from vsctrl.servo.pose import exp_one, from_euler_xyz
 from vsctrl.servo.robot import joints
 from vsctrl.servo.robot.carrier import Capability, Carrier
 from vsctrl.servo.robot.gantry import Gantry
-from vsctrl.servo.scenario.scenario import COMMENTS
+from vsctrl.servo.scenario import COMMENTS
 
 PERIOD = 0.04
 START = from_euler_xyz([0.1, -0.2, -0.8], [20.0, -35.0, 50.0])
@@ -144,14 +144,14 @@ def test_limits_are_those_of_the_true_camera():
 
 
 # Axes --------------------------------------------------------------------------------------------
-LIMITS = {"acceleration": 0.9, "angular_acceleration": 4.0}
+LIMITS = {"twist_acceleration": 0.9, "angular_acceleration": 4.0}
 CASES = [
     ({}, 0.25),
     ({"time_constant": 0.03}, 0.0),
     ({"time_constant": 0.03}, 1.7),
     (LIMITS, 0.0),
     ({**LIMITS, "time_constant": 0.05}, 0.6),
-    ({"acceleration": 20.0, "speed": 0.15, "rate": 0.2, "time_constant": 0.002}, 2.4),
+    ({"twist_acceleration": 20.0, "speed": 0.15, "rate": 0.2, "time_constant": 0.002}, 2.4),
 ]
 
 
@@ -161,7 +161,7 @@ def integrated(options, delay, times, frames=8):
     The state is the set value u, the twist T, its integral and the pose, as in the text.
     """
     tau, speed, rate = (options.get(key) for key in ("time_constant", "speed", "rate"))
-    a, alpha = options.get("acceleration"), options.get("angular_acceleration")
+    a, alpha = options.get("twist_acceleration"), options.get("angular_acceleration")
 
     def wanted(t):
         k = math.floor((t - delay * PERIOD) / PERIOD)
@@ -257,7 +257,7 @@ def test_the_path_is_continuous_and_passes_through_the_frames(options, delay):
 def test_frames_that_acceleration_leaves_short_are_held_back(tau):
     # 0.1 m/s at 0.6 m/s² take 1/6 s: four frames of 40 ms and a sixth of the fifth.
     T = np.array([0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
-    capability = Capability(acceleration=0.6, time_constant=tau)
+    capability = Capability(twist_acceleration=0.6, time_constant=tau)
     camera = Carrier(START, PERIOD, 8, capability=capability)
     held = []
     for _ in range(8):
@@ -270,7 +270,7 @@ def test_frames_that_acceleration_leaves_short_are_held_back(tau):
 def test_what_is_felt_on_a_circle_at_constant_twist_is_no_acceleration_of_the_axes():
     # 0.05 m/s and 1 rad/s: |Ω × V| = 0.05 m/s², five times the limit of |V'|.
     T = np.array([0.05, 0, 0, 0, 1.0, 0])
-    camera = moved([T] * 200, capability=Capability(acceleration=0.01))
+    camera = moved([T] * 200, capability=Capability(twist_acceleration=0.01))
     assert not camera.saturated[-60:].any()
     np.testing.assert_array_equal(camera.twists[-60:], np.tile(T, (60, 1)))
     h, t = 0.01, 190 * PERIOD
@@ -479,7 +479,7 @@ AWAY = [
     ({}, PERIOD, {"speeds": np.full(6, np.inf)}),
     (LIMITS, PERIOD, {}),
     ({"time_constant": 0.3}, PERIOD, {}),
-    ({"acceleration": 0.05, "angular_acceleration": 0.2, "time_constant": 0.1}, 0.1, {}),
+    ({"twist_acceleration": 0.05, "angular_acceleration": 0.2, "time_constant": 0.1}, 0.1, {}),
 ]
 
 
@@ -561,7 +561,7 @@ def test_a_joint_that_would_leave_and_come_back_within_a_frame_is_held_too():
 def test_the_damper_slows_the_axes_down_in_time_and_leaves_the_brakes_little_to_do():
     robot = gantry()
     along_x = robot.jacobian(HOME)[:, 0] * 0.2
-    capability = Capability(gantry=robot, joints0=HOME, avoidance=True, acceleration=1.0)
+    capability = Capability(gantry=robot, joints0=HOME, avoidance=True, twist_acceleration=1.0)
     camera = moved([along_x] * 120, capability=capability)
     x = [
         [(robot.bTo @ camera.at(k * PERIOD + t))[0, 3] for t in (-1e-6, 0, 1e-6)]

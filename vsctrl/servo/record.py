@@ -1,10 +1,9 @@
 """The arrays that a run fills frame by frame, and the Run that is made of them."""
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 
-from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.control.controller import Controller
 from vsctrl.servo.control.depths import EstimatedDepths
 from vsctrl.servo.control.reference_image import Plan
@@ -16,28 +15,16 @@ from vsctrl.servo.robot.carrier import Carrier
 from vsctrl.servo.scenario import Scenario
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class Record:
     """What is known of n frames with p points and m features; each frame writes its row."""
 
-    pose: Array
-    features: Array
-    depths: Array
-    visible: Mask
-    measured_error: Array
-    command: Array
-
-    @classmethod
-    def of(cls, n: int, p: int, m: int) -> "Record":
-        """An empty record."""
-        return cls(
-            pose=np.empty((n, 4, 4)),
-            features=np.empty((n, 2 * p)),
-            depths=np.empty((n, p)),
-            visible=np.ones((n, p), dtype=bool),
-            measured_error=np.empty((n, m)),
-            command=np.empty((n, 6)),
-        )
+    def __init__(self, n: int, p: int, m: int) -> None:
+        self.pose = np.empty((n, 4, 4))
+        self.features = np.empty((n, 2 * p))
+        self.depths = np.empty((n, p))
+        self.visible = np.ones((n, p), dtype=bool)
+        self.measured_error = np.empty((n, m))
+        self.command = np.empty((n, 6))
 
     def run(
         self,

@@ -59,7 +59,7 @@ class _Loop:
         self.carrier = assembly.carrier(scenario, len(t), ages)
         self.hand_eye = assembly.hand_eye(scenario)
         self.faults = Faults(scenario.faults.model_dump())
-        self.record = Record.of(len(t), len(self.target.points), self.controller.width)
+        self.record = Record(len(t), len(self.target.points), self.controller.width)
         self.images: list[TrueImage] = []
         self.wTo = None if self.target.still else self.target.pose(t)
 
@@ -68,7 +68,7 @@ class _Loop:
         record, plan, carrier = self.record, self.plan, self.carrier
         t = self.t
         offset = carrier.pose[:3, 3] - plan.pose[0, :3, 3]
-        farthest = DIVERGED * max(float(plan.shown.depths.max()), float(np.linalg.norm(offset)))
+        farthest = DIVERGED * max(float(plan.compared.depths.max()), float(np.linalg.norm(offset)))
         before, applied, saturated = plan.image[0], np.zeros(6), False
         measurement: Measurement | None = None
         for k in range(len(t)):

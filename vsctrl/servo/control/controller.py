@@ -47,7 +47,7 @@ class ImageController:
         self._initial: Array | None = None
         self._desired: Array | None = None
         if interaction in ("desired", "mean") and depths.of_reference is not None:
-            self._desired = nominal.interaction(plan.shown.features, depths.of_reference)
+            self._desired = nominal.interaction(plan.compared.features, depths.of_reference)
 
     @property
     def width(self) -> int:
@@ -106,7 +106,7 @@ class ImageController:
         if self._choice == "current":
             return self._nominal.interaction(image, depths)
         if self._desired is None:
-            L_desired = self._nominal.interaction(self._plan.shown.features[k], depths)
+            L_desired = self._nominal.interaction(self._plan.compared.features[k], depths)
         else:
             L_desired = self._desired[k]
         if self._choice == "desired":
@@ -146,7 +146,7 @@ class PoseController:
     ) -> None:
         self._law, self._nominal, self._plan, self._t = law, nominal, plan, t
         self._points, self._gains = points, gains
-        self._guess = plan.shown_pose[0]
+        self._guess = plan.compared_pose[0]
         self._fitted = False
 
     def control(self, measurement: Measurement, applied: Array, saturated: bool) -> ControlAction:
@@ -157,7 +157,7 @@ class PoseController:
         k = measurement.frame
         if measurement.fresh:
             self._fitted = self._fit(measurement)
-        error_pose = inverse(self._plan.shown_pose[k]) @ self._guess  # c*Tc
+        error_pose = inverse(self._plan.compared_pose[k]) @ self._guess  # c*Tc
         e = np.concatenate([error_pose[:3, :3].T @ error_pose[:3, 3], log(error_pose)[3:]])
         if not self._fitted:
             return ControlAction(self._forward(k), 0, e)
@@ -184,7 +184,7 @@ class PoseController:
         """The twist of the reference, seen from where the camera is: (6,)."""
         if not self._law.k_ff:
             return np.zeros(6)
-        seen = adjoint(inverse(self._guess) @ self._plan.shown_pose[k])
+        seen = adjoint(inverse(self._guess) @ self._plan.compared_pose[k])
         return self._law.k_ff * (seen @ self._plan.twist[k])
 
 

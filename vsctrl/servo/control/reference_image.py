@@ -26,7 +26,7 @@ class Plan:
     """What is asked of the camera at each of n frames.
 
     pose: (n, 4, 4), oTc*(t_k), and image: (n, 2p), s*(t_k) in px. depths0: (p,) in m, the true ones
-    at t = 0. shown_pose, shown: the pose, image and depths of the reference that the error is
+    at t = 0. compared_pose, compared: the pose, image and depths of the reference that the error is
     formed with (delayed where it is aligned, early where it is previewed). s: (n, m), its features;
     rate: (n, m), their derivative ds*/dt, per s, and twist: (n, 6), T*, both of the feed-forward.
     """
@@ -34,8 +34,8 @@ class Plan:
     pose: Array
     image: Array
     depths0: Array
-    shown_pose: Array
-    shown: View
+    compared_pose: Array
+    compared: View
     s: Array
     rate: Array
     twist: Array
@@ -45,8 +45,8 @@ class Plan:
 class Planner:
     """What s*(t) is computed with: the motion, the points as found at t = 0, and the camera.
 
-    hand_eye: (4, 4), from the camera to where the hand assumes it, or None; found: (p, 3) in m in
-    the camera frame at t = 0, None where every assumption is right and ``points`` serve.
+    hand_eye: (4, 4), from the camera to where the hand assumes it, or None; reconstructed: (p, 3)
+    in m in the camera frame at t = 0, None where every assumption is right and ``points`` serve.
     """
 
     trajectory: Trajectory
@@ -55,7 +55,7 @@ class Planner:
     k1: float
     centre: Array
     hand_eye: Array | None
-    found: Array | None
+    reconstructed: Array | None
     true_camera: Camera
 
     @classmethod
@@ -76,17 +76,17 @@ class Planner:
         k1 = sensor.k1 if k1 is None else k1
         centre = np.tile(centre_px, len(points))
         twist = np.array(hand_eye)
-        found = None
+        reconstructed = None
         wrong = focal_ratio != 1 or depth_ratio != 1 or k1 != sensor.k1
         if wrong or centre.any() or twist.any():
             p = true.points(trajectory.pose(0.0), points)
             image = distorted(true, true.features(p), sensor.k1) + centre
             X = undistorted(camera, image, k1).reshape(-1, 2) / [camera.Fx, camera.Fy]
             depths = depth_ratio * p[:, 2:]
-            found = np.concatenate([X * depths, depths], axis=1)
+            reconstructed = np.concatenate([X * depths, depths], axis=1)
         return cls(
             trajectory, points, camera, k1, centre,
-            exp(twist) if twist.any() else None, found, true,
+            exp(twist) if twist.any() else None, reconstructed, true,
         )  # fmt: skip
 
     def plan(self, t: Array, at_error: Array, at_rate: Array, features: str) -> Plan:
@@ -95,7 +95,7 @@ class Planner:
         features: the law's, by name. Raises InputError where a point would be behind the camera.
         """
         now = self.image(t)
-        shown = now if np.array_equal(at_error, t) else self.image(at_error)
+        compared = now if np.array_equal(at_error, t) else self.image(at_error)
         image, depths = now if np.array_equal(at_rate, t) else self.image(at_rate)
         pose, true = self.trajectory.pose(t), self.true_camera
         true_depths = true.points(self.trajectory.pose(at_error), self.points)[..., 2]
@@ -103,20 +103,22 @@ class Planner:
             pose=pose,
             image=now.features,
             depths0=true.points(pose[0], self.points)[:, 2],
-            shown_pose=self.pose(at_error),
+            compared_pose=self.pose(at_error),
             # L̂ at the reference has its true depths; what the law assumes is applied later.
-            shown=View(shown.features, true_depths),
-            s=measures(features, self.camera, len(self.points)).of(shown.features, shown.depths),
+            compared=View(compared.features, true_depths),
+            s=measures(features, self.camera, len(self.points)).of(
+                compared.features, compared.depths
+            ),
             rate=self.rate(at_rate, image, depths, features),
             twist=self.twist(at_rate),
         )
 
     def image(self, t: Array) -> View:
         """s*(t) in px with the depths that it is computed with: (n, 2p), (n, p)."""
-        if self.found is None:
+        if self.reconstructed is None:
             p = self.camera.points(self.trajectory.pose(t), self.points)
         else:
-            p = self.camera.points(self._moved(t), self.found)
+            p = self.camera.points(self._moved(t), self.reconstructed)
         nearest = p[..., 2].min(axis=-1)
         k = int(np.argmin(nearest))
         if not nearest[k] > NEAREST:  # argmin finds NaN first
@@ -134,7 +136,7 @@ class Planner:
         where = (
             f"at t = {t:g} s a point of s*(t) would lie at depth {depth:.3g} m, behind the camera"
         )
-        if self.found is None:
+        if self.reconstructed is None:
             return InputError(
                 f"law.preview, vision.latency: the law looks beyond the frames of the motion, and "
                 f"{where}; shorten these or the motion."

@@ -160,38 +160,33 @@ class Demands:
 def _movers(limits: Limits, gantry: Gantry | None) -> tuple[tuple[Row, Row], ...]:
     a, alpha = limits.acceleration, limits.angular_acceleration
     out = [
-        (
-            Row("speed", "speed", limits.speed, "m/s", "limits.speed"),
-            Row("acceleration", "acceleration", a, "m/s²", "limits.acceleration"),
-        ),
-        (
-            Row("rate", "speed", limits.rate, "rad/s", "limits.rate"),
-            Row(
-                "angular_acceleration",
-                "acceleration",
-                alpha,
-                "rad/s²",
-                "limits.angular_acceleration",
-            ),
-        ),
+        _mover("speed", "acceleration", (limits.speed, a), "m/s"),
+        _mover("rate", "angular_acceleration", (limits.rate, alpha), "rad/s"),
     ]
-    for k in range(6 if gantry else 0):
-        assert gantry is not None
-        unit = "m" if k < 3 else "rad"
-        v, a = float(gantry.speeds[k]), float(gantry.accelerations[k])
-        out.append(
-            (
-                Row(f"speed of joint {k + 1}", "speed", v, f"{unit}/s", "robot.speeds"),
-                Row(
-                    f"acceleration of joint {k + 1}",
-                    "acceleration",
-                    a,
-                    f"{unit}/s²",
-                    "robot.accelerations",
-                ),
-            )
-        )
+    if gantry is None:
+        return tuple(out)
+    owners = "robot.speeds", "robot.accelerations"
+    for k, pair in enumerate(
+        zip(gantry.speeds.tolist(), gantry.accelerations.tolist(), strict=True)
+    ):
+        names = f"speed of joint {k + 1}", f"acceleration of joint {k + 1}"
+        out.append(_mover(*names, pair, "m/s" if k < 3 else "rad/s", owners))
     return tuple(out)
+
+
+def _mover(
+    speed: str,
+    acceleration: str,
+    most: tuple[float, float],
+    unit: str,
+    owners: tuple[str, str] | None = None,
+) -> tuple[Row, Row]:
+    """The rows of one mover, whose limits are set by ``limits`` where nothing else is said."""
+    first, second = owners or (f"limits.{speed}", f"limits.{acceleration}")
+    return (
+        Row(speed, "speed", most[0], unit, first),
+        Row(acceleration, "acceleration", most[1], f"{unit}²", second),
+    )
 
 
 def _shapes(limits: Limits, gantry: Gantry | None, target: bool) -> tuple[Row, ...]:

@@ -1,8 +1,8 @@
 """Can a reference be followed? Which limit binds, when, and what to do about it.
 
 The paper leaves "dynamic feasibility" open. Every limit is compared with the most that the
-trajectory asks of it, found between samples too; what is too fast can be slowed down (``timing``),
-what leaves the joints' ranges or the image cannot.
+trajectory asks of it, found between samples too; what is too fast can be slowed down
+(``retiming``), what leaves the joints' ranges or the image cannot.
 """
 
 import math
@@ -193,21 +193,21 @@ def feasibility(
     limits = limits or Limits()
     demands = Demands(trajectory, limits, robot or FreeCamera(), camera, target)
 
-    found = peaks(demands.shares, trajectory.duration, samples)
+    tops = peaks(demands.shares, trajectory.duration, samples)
     jumps = _jumps(demands, rest)
     readings = []
     for k, row in enumerate(demands.rows):
-        readings.append(_reading(demands, row, k, found, jumps.get(k, [])))
+        readings.append(_reading(demands, row, k, tops, jumps.get(k, [])))
     return Feasibility(trajectory, limits, tuple(readings))
 
 
 def _reading(
-    demands: Demands, row: Row, k: int, found: Peaks, jumps: list[tuple[float, float]]
+    demands: Demands, row: Row, k: int, tops: Peaks, jumps: list[tuple[float, float]]
 ) -> Reading:
-    share, t = float(found.top[k]), float(found.t[k])
+    share, t = float(tops.top[k]), float(tops.t[k])
     violated: list[tuple[float, float]] = []
     if share > 1 + ROUNDING:
-        violated = above(demands.shares, k, found, 1 + ROUNDING)
+        violated = above(demands.shares, k, tops, 1 + ROUNDING)
     value = float(demands.ask(np.array([t])).values[k, 0])
     limit = row.limit
     if row.name.startswith("position of joint"):

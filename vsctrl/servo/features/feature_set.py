@@ -1,7 +1,7 @@
 """What a set of features is: the same few quantities of every point, side or whole of a target.
 
 The module exists so that a set brings its formulas and where they end, and nothing else. Which sets
-there are is told by ``measures``.
+there are is told by ``feature_sets``.
 """
 
 from abc import ABC, abstractmethod
@@ -33,7 +33,7 @@ class Quantity(NamedTuple):
 class Measures(ABC):
     """A set of m features of the image of p points, part by part: a point, a segment or the whole.
 
-    camera: that the law believes in, of which only L depends; points: p. ``quantities`` are the
+    camera: that the law assumes, of which only L depends; points: p. ``quantities`` are the
     features of a part, ``least`` is the least p.
     """
 

@@ -29,7 +29,7 @@ LAST = 0.25
 UNSTEADY = "The distance from the reference is still growing at the end."
 
 
-class Course(NamedTuple):
+class EndAndMean(NamedTuple):
     """A quantity at the last frame, and in the last quarter of a completed run.
 
     final; mean ± half_range: over that quarter, which is steady where half_range is small; None
@@ -70,11 +70,11 @@ class Outcome(Printed):
     events: tuple[Event, ...]
     frames: int
     end: float
-    along: Course | None
-    distance: Course
-    angle: Course
-    true_error: Course
-    measured_error: Course
+    along: EndAndMean | None
+    distance: EndAndMean
+    angle: EndAndMean
+    true_error: EndAndMean
+    measured_error: EndAndMean
     measured_unit: str
     speed: tuple[float, float]
     rate: tuple[float, float]
@@ -86,8 +86,8 @@ class Outcome(Printed):
     def data(self) -> dict[str, Any]:
         """The same as JSON takes it; every name ends in its unit."""
 
-        def course(found: Course | None) -> dict[str, float | None] | None:
-            return None if found is None else found._asdict()
+        def numbers(value: EndAndMean | None) -> dict[str, float | None] | None:
+            return None if value is None else value._asdict()
 
         return {
             "schema": SCHEMA,
@@ -97,11 +97,11 @@ class Outcome(Printed):
             "events": [asdict(event) for event in self.events],
             "frames": self.frames,
             "end_s": self.end,
-            "lag_along_motion_m": course(self.along),
-            "distance_m": course(self.distance),
-            "angle_rad": course(self.angle),
-            "true_error_px": course(self.true_error),
-            "measured_error": course(self.measured_error),
+            "lag_along_motion_m": numbers(self.along),
+            "distance_m": numbers(self.distance),
+            "angle_rad": numbers(self.angle),
+            "true_error_px": numbers(self.true_error),
+            "measured_error": numbers(self.measured_error),
             "measured_error_unit": self.measured_unit,
             "peak_speed_m_s": self.speed[0],
             "peak_speed_at_s": self.speed[1],
@@ -130,16 +130,16 @@ class Outcome(Printed):
             "",
             f"{'':<28}{'at the end':>14}    last quarter",
         ]
-        for label, found, scale, unit, signed in rows:
-            if found is None:
+        for label, ends, scale, unit, signed in rows:
+            if ends is None:
                 lines.append(f"{label:<28}{'-':>14}    the reference does not translate")
                 continue
             last = ""
-            if found.mean is not None and found.half_range is not None:
-                spread = number(scale * found.half_range)
-                last = f"{number(scale * found.mean, signed)} ± {spread} {unit}"
-            final = f"{number(scale * found.final, signed)} {unit}"
-            words = f"({side(1e3 * found.final)})" if signed and side(1e3 * found.final) else ""
+            if ends.mean is not None and ends.half_range is not None:
+                spread = number(scale * ends.half_range)
+                last = f"{number(scale * ends.mean, signed)} ± {spread} {unit}"
+            final = f"{number(scale * ends.final, signed)} {unit}"
+            words = f"({side(1e3 * ends.final)})" if signed and side(1e3 * ends.final) else ""
             lines.append(f"{label:<28}{final:>14}    {last:<24}{words}".rstrip())
         for label, (value, t), scale, unit in (
             ("greatest speed", self.speed, 1e3, "mm/s"),
@@ -164,7 +164,7 @@ def outcome(run: Frames) -> Outcome:
     """The summary of a run."""
     speed, rate = (np.linalg.norm(run.twist[:, part], axis=1) for part in (_V, _OMEGA))
     try:
-        along = _course(run, run.lag_along_motion)
+        along = _end_and_mean(run, run.lag_along_motion)
     except InputError:
         along = None
     return Outcome(
@@ -175,10 +175,10 @@ def outcome(run: Frames) -> Outcome:
         frames=len(run.t),
         end=float(run.t[-1]),
         along=along,
-        distance=_course(run, distance(run)),
-        angle=_course(run, np.linalg.norm(run.lag[:, _OMEGA], axis=1)),
-        true_error=_course(run, np.linalg.norm(run.error, axis=1)),
-        measured_error=_course(run, np.linalg.norm(run.measured_error, axis=1)),
+        distance=_end_and_mean(run, distance(run)),
+        angle=_end_and_mean(run, np.linalg.norm(run.lag[:, _OMEGA], axis=1)),
+        true_error=_end_and_mean(run, np.linalg.norm(run.error, axis=1)),
+        measured_error=_end_and_mean(run, np.linalg.norm(run.measured_error, axis=1)),
         measured_unit="px" if measured_in_pixels(run.scenario) else "(own units)",
         speed=_peak(run, speed),
         rate=_peak(run, rate),
@@ -197,21 +197,23 @@ def distance(run: Frames) -> Array:
     return np.linalg.norm(run.pose[:, :3, 3] - run.reference_pose[:, :3, 3], axis=1)
 
 
-def notice(found: Outcome) -> str:
+def notice(summary: Outcome) -> str:
     """One to three sentences on what a reader of the run's figure should see."""
-    if not found.status.ok:
-        return found.status.sentence
-    parts = [] if found.settled else [UNSTEADY]
-    if found.along is None:
-        parts.append(f"The camera ends {number(1e3 * found.distance.final)} mm from its reference.")
-    elif not side(1e3 * found.along.final):
+    if not summary.status.ok:
+        return summary.status.sentence
+    parts = [] if summary.settled else [UNSTEADY]
+    if summary.along is None:
+        parts.append(
+            f"The camera ends {number(1e3 * summary.distance.final)} mm from its reference."
+        )
+    elif not side(1e3 * summary.along.final):
         parts.append("The camera ends level with its reference along the motion.")
     else:
-        lag = 1e3 * found.along.final
+        lag = 1e3 * summary.along.final
         where = {"ahead": "ahead of", "behind": "behind"}[side(lag)]
         parts.append(f"The camera ends {number(abs(lag))} mm {where} its reference.")
-    true, seen = found.true_error.final, found.measured_error.final
-    if found.measured_unit != "px":
+    true, seen = summary.true_error.final, summary.measured_error.final
+    if summary.measured_unit != "px":
         parts.append(f"The true image error is then {number(true)} px.")
     else:
         only = "only " if true > 2 * seen + NOTHING else ""
@@ -219,8 +221,10 @@ def notice(found: Outcome) -> str:
             f"The true image error is then {number(true)} px; the law was shown {only}"
             f"{number(seen)} px."
         )
-    if found.visible < found.points:
-        parts.append(f"At the least {found.visible} of {found.points} points were in the image.")
+    if summary.visible < summary.points:
+        parts.append(
+            f"At the least {summary.visible} of {summary.points} points were in the image."
+        )
     return " ".join(parts)
 
 
@@ -249,11 +253,11 @@ def _reach(run: Frames) -> Reach | None:
     return Reach(int(joint) + 1, float(share[k, joint]), float(run.t[k]), wrist)
 
 
-def _settled(away: Array) -> bool:
-    n = max(1, round(LAST * len(away)))
-    if 2 * n > len(away):
+def _settled(distances: Array) -> bool:
+    n = max(1, round(LAST * len(distances)))
+    if 2 * n > len(distances):
         return True
-    before, quarter, last = away[:-n], away[-2 * n : -n], away[-n:]
+    before, quarter, last = distances[:-n], distances[-2 * n : -n], distances[-n:]
     # The peak of what comes and goes was there before; that of noise is no greater on the whole.
     beyond = float(last.max()) > (1 + GROWTH) * float(before.max())
     grown = float(np.sum(last**2)) > (1 + GROWTH) ** 2 * float(np.sum(quarter**2))
@@ -261,13 +265,13 @@ def _settled(away: Array) -> bool:
     return not (beyond and grown and more)
 
 
-def _course(run: Frames, values: Array) -> Course:
+def _end_and_mean(run: Frames, values: Array) -> EndAndMean:
     final = float(values[-1])
     if not run.status.ok:
-        return Course(final, None, None)
+        return EndAndMean(final, None, None)
     last = values[-max(1, round(LAST * len(values))) :]
     low, high = float(last.min()), float(last.max())
-    return Course(final, float(last.mean()), (high - low) / 2)
+    return EndAndMean(final, float(last.mean()), (high - low) / 2)
 
 
 def _peak(run: Frames, values: Array) -> tuple[float, float]:

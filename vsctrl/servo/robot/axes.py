@@ -172,7 +172,7 @@ class Axes:
     """
 
     def __init__(self, capability: Capability) -> None:
-        self._a, self._alpha = capability.accelerations
+        self._a, self._alpha = capability.twist_accelerations
         self._tau = capability.time_constant or 0.0
         self._aim = np.zeros(6)  # behind the limit of acceleration, before the lag
         self._twist = np.zeros(6)

@@ -11,7 +11,7 @@ from vsctrl.servo.robot.gantry import Gantry
 _LIMITS = {
     "speed": "m/s",
     "rate": "rad/s",
-    "acceleration": "m/s²",
+    "twist_acceleration": "m/s²",
     "angular_acceleration": "rad/s²",
 }
 
@@ -23,20 +23,20 @@ class Capability:
     They hold for the twist (V, Ω) of the camera in its own frame, whatever joints make it.
 
     speed: |V| in m/s, and rate: |Ω| in rad/s; a twist beyond either is scaled as a whole, so that
-    its direction is kept. acceleration: |V'| in m/s², and angular_acceleration: |Ω'| in rad/s², of
-    the twist's components in the camera frame (see ``axes``): what it feels on a circle at constant
-    twist, Ω × V, does not count here, but does in ``feasibility.Limits``. time_constant: of
-    first-order axes, in s; 0 for axes without lag. gantry: whose joints move the camera, with their
-    ranges and speeds; its ``accelerations`` do not act here, for the two limits of acceleration
-    above do. joints0: (6,) in m and rad at t = 0; left out, the wrist's solution that uses the
-    least of its ranges. avoidance: slow down before the end of a joint's range instead of running
-    into it (``arm``).
+    its direction is kept. twist_acceleration: |V'| in m/s², and angular_acceleration: |Ω'| in
+    rad/s², of the twist's components in the camera frame (see ``axes``): what it feels on a circle
+    at constant twist, Ω × V, does not count here, but does in ``feasibility.Limits.acceleration``.
+    time_constant: of first-order axes, in s; 0 for axes without lag. gantry: whose joints move the
+    camera, with their ranges and speeds; its ``accelerations`` do not act here, for the two limits
+    of acceleration above do. joints0: (6,) in m and rad at t = 0; left out, the wrist's solution
+    that uses the least of its ranges. avoidance: slow down before the end of a joint's range
+    instead of running into it (``joints``).
     Raises InputError for values out of range and for joints or avoidance without a gantry.
     """
 
     speed: float | None = None
     rate: float | None = None
-    acceleration: float | None = None
+    twist_acceleration: float | None = None
     angular_acceleration: float | None = None
     time_constant: float | None = None
     gantry: Gantry | None = None
@@ -58,9 +58,9 @@ class Capability:
             checks.keep(self, joints0=checks.vector("joints0", self.joints0, 6))
 
     @property
-    def accelerations(self) -> tuple[float, float]:
+    def twist_accelerations(self) -> tuple[float, float]:
         """Limits of |V'| and |Ω'|, m/s² and rad/s², infinite where there is none."""
-        a, alpha = self.acceleration, self.angular_acceleration
+        a, alpha = self.twist_acceleration, self.angular_acceleration
         return math.inf if a is None else a, math.inf if alpha is None else alpha
 
     @property

@@ -2,7 +2,7 @@
 
 Between the command and the motion stand, in this order:
 
-1. hand-eye: the command is meant for the camera where the controller believes it to be, and is the
+1. hand-eye: the command is meant for the camera where the controller assumes it, and is the
    twist ``T = Ad(cTĉ) T̂`` of the true one; all that follows is about the true one;
 2. dead time: the twist waits, at zero before the first one arrives;
 3. speed and rate of the whole camera, then speeds and ends of the joints: each scales the wanted
@@ -46,7 +46,7 @@ class Carrier:
 
     start: (4, 4), wTc at t = 0; period: of the video, s; frames: how many can be moved; delay: dead
     time between command and motion in s, any share of frames; hand_eye: (4, 4), cTĉ, pose of the
-    camera that the controller believes in, in the true one; capability: limits of the robot.
+    camera that the controller assumes, in the true one; capability: limits of the robot.
     Raises InputError for values out of range.
     """
 

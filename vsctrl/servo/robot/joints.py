@@ -89,9 +89,9 @@ class Arm:
         speed = self._gantry.speeds_one(self.q, T)
         most = self._gantry.speeds
         if self._avoidance:
-            left = np.where(speed > 0, *self._left(self.q))
-            damped = self._gamma * np.clip(left, 0.0, self._zone) / self._period
-            most = np.where(left < self._zone, np.minimum(most, damped), most)
+            distance = np.where(speed > 0, *self._distances(self.q))
+            damped = self._gamma * np.clip(distance, 0.0, self._zone) / self._period
+            most = np.where(distance < self._zone, np.minimum(most, damped), most)
         return _least(most, np.abs(speed))
 
     def carry(self, pose: Array, segments: Sequence[TwistSegment]) -> tuple[float, Array]:
@@ -161,24 +161,26 @@ class Arm:
         course = np.concatenate([self.q[None], q])
         steps = course[1:] - course[:-1]
         arc = np.abs(steps[1:] - steps[:-1]).max(axis=0) / 8
-        left = np.minimum(*self._left(course)).min(axis=0)
-        return bool(((arc > self._safety / 2) & (left < 2 * arc)).any())
+        distance = np.minimum(*self._distances(course)).min(axis=0)
+        return bool(((arc > self._safety / 2) & (distance < 2 * arc)).any())
 
     def _admissible(self, q: Array, between: float) -> float:
         """1 if the joints of a frame's course are allowed, else how much less to try: (n, 6)."""
         course = np.concatenate([self.q[None], q])
         less = _least(self._gantry.speeds * between, np.abs(course[1:] - course[:-1]))
         if self._avoidance:
-            for left, used in zip(self._left(self.q), (q - self.q, self.q - q), strict=True):
+            for distance, used in zip(
+                self._distances(self.q), (q - self.q, self.q - q), strict=True
+            ):
                 # Within the zone a share of what is left, outside all but what the damper of a
                 # joint at the zone's edge would leave.
-                free = np.clip(left - self._zone, 0.0, None)
-                allowed = free + self._gamma * np.clip(left, 0.0, self._zone)
+                free = np.clip(distance - self._zone, 0.0, None)
+                allowed = free + self._gamma * np.clip(distance, 0.0, self._zone)
                 less = min(less, _least(allowed, used))
         return less
 
-    def _left(self, q: Array) -> tuple[Array, Array]:
-        """Distances left to the upper and the lower limit, less the safety distance, (6,) each."""
+    def _distances(self, q: Array) -> tuple[Array, Array]:
+        """Distances to the upper and the lower limit, less the safety distance, (6,) each."""
         gantry = self._gantry
         return gantry.upper - q - self._safety, q - gantry.lower - self._safety
 

@@ -94,7 +94,7 @@ def carrier(description: Description, frames: int, ages: Delays) -> Carrier:
         capability=Capability(
             speed=robot.speed_limit,
             rate=robot.rate_limit,
-            acceleration=robot.acceleration_limit,
+            twist_acceleration=robot.acceleration_limit,
             angular_acceleration=robot.angular_acceleration_limit,
             time_constant=robot.time_constant,
             gantry=None if joints is None else Gantry.seeing(start, joints),
@@ -159,7 +159,7 @@ def depths(description: Description, nominal: NominalCamera, reference: Plan) ->
         return EstimatedDepths(nominal, noise_px, reference.depths0, frames)
     if choice == "constant":
         return ConstantDepths(nominal.ratios * reference.depths0, frames)
-    return TrueDepths(nominal.ratios, reference.shown.depths)
+    return TrueDepths(nominal.ratios, reference.compared.depths)
 
 
 def predictor(description: Description) -> Predictor | None:

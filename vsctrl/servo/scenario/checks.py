@@ -16,8 +16,7 @@ from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.pose import exp
 from vsctrl.servo.scenario import assembly
 from vsctrl.servo.scenario.description import Description, count_frames
-
-Problem = tuple[str, str]
+from vsctrl.servo.scenario.tables import Problem
 
 FEWEST_POINTS = 3
 MOST_FRAMES = 1_000_000

@@ -9,8 +9,8 @@ import numpy as np
 
 from vsctrl.servo.features.feature_sets import MEASURES
 from vsctrl.servo.robot.gantry import Gantry
-from vsctrl.servo.scenario.checks import Problem
 from vsctrl.servo.scenario.description import Description
+from vsctrl.servo.scenario.tables import Problem
 
 
 def contradictions(scenario: Description) -> Iterator[Problem]:
@@ -69,8 +69,8 @@ def _features(scenario: Description) -> Iterator[Problem]:
         "reference_image.reference_k1": bool(scenario.reference_image.reference_k1),
         "reference_image.reference_centre_px": any(scenario.reference_image.reference_centre_px),
     }
-    for field, given in lens.items():
-        if given:
+    for field, is_set in lens.items():
+        if is_set:
             yield (
                 field,
                 f"through such a lens ds*/dt is known for points only, not for law.features = "
@@ -102,8 +102,8 @@ def _law(scenario: Description) -> Iterator[Problem]:
             if name != "reference_hand_eye"
         },
     }
-    for field, given in unused.items():
-        if given:
+    for field, is_set in unused.items():
+        if is_set:
             yield (
                 field,
                 'has no meaning for law.scheme = "pose", which finds the pose from the points; '

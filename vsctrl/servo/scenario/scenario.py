@@ -7,11 +7,11 @@ that lists all problems. Checks of single values are in ``fields``, of the whole
 
 import hashlib
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from pydantic import model_validator
 
 from vsctrl import files
 from vsctrl.errors import InputError
@@ -27,7 +27,7 @@ from vsctrl.servo.scenario.checks import (
 from vsctrl.servo.scenario.contradictions import contradictions
 from vsctrl.servo.scenario.description import COMMENTS, TABLE_OF, TABLES, Description, meanings
 from vsctrl.servo.scenario.links import KINDS, LinkedMotion
-from vsctrl.servo.scenario.tables import remedy
+from vsctrl.servo.scenario.tables import Problem, remedy
 
 
 class Scenario(Description):
@@ -36,14 +36,15 @@ class Scenario(Description):
     Raises InputError, with one sentence per problem, for anything that cannot be simulated.
     """
 
-    @model_validator(mode="after")
-    def _feasible(self) -> Self:
+    def problems(self) -> Iterator[Problem]:
+        """Everything that keeps the experiment from being simulated, as far as it can be told."""
         points = np.array(self.target.points)
         position, offset = np.array(self.start.position), np.array(self.start.offset)
         try:
             reference = self.reference
         except InputError as error:
-            raise fields.FieldsError([("motion", str(error).rstrip("."))]) from None
+            yield "motion", str(error).rstrip(".")
+            return
         blamed = "motion.duration" if "duration" in type(self.motion).model_fields else "motion"
         problems = [
             *contradictions(self),
@@ -55,9 +56,7 @@ class Scenario(Description):
             problems += path_problems(points, reference, self.t, what)
         if not problems:
             problems += [*plan_problems(self), *image_problems(self, reference.oTc0 @ exp(offset))]
-        if problems:
-            raise fields.FieldsError(problems)
-        return self
+        yield from problems
 
     @property
     def ideal(self) -> Self:
@@ -155,8 +154,5 @@ class Scenario(Description):
 
 def schema() -> str:
     """JSON Schema of a scenario file, for editors that complete and check TOML or JSON."""
-    found = {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **Scenario.model_json_schema(),
-    }
-    return json.dumps(found, indent=2, ensure_ascii=False) + "\n"
+    dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return json.dumps(dialect | Scenario.model_json_schema(), indent=2, ensure_ascii=False) + "\n"
