@@ -236,15 +236,12 @@ def _search(scenario: Scenario, remedy: Remedy) -> float | None:
     memory = math.ceil(longest / period - 1e-9) + 1
     fields = {name: value for name, value in remedy.fields.items() if name != "k_ff"}
     frames = FRAMES * (LONGER if any(mu.imag for mu in modes.eigenvalues(scenario)) else 1)
-    offsets = stability_limit.offsets_of(scenario, lambda mu: remedy.limits.sampled(mu).limit)
+    options = {**fields, "memory": memory, "frames": frames}
 
-    def rate(gain: float) -> float:
-        return max(
-            stability_limit.growth(scenario, gain, along, memory, frames=frames, **fields)
-            for along in offsets
-        )
+    def expected(mu: complex) -> float:
+        return remedy.limits.sampled(mu).limit
 
-    return stability_limit.search(rate, stability_limit.FIRST / period, width=SEARCHED)
+    return stability_limit.simulated_limit(scenario, expected, SEARCHED, **options)
 
 
 # Words ------------------------------------------------------------------------------------------
