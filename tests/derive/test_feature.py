@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from moving import COLUMNS, finite_difference
+from oracles.moving import COLUMNS, finite_difference
 from sympy import (
     Abs,
     Function,

@@ -2,12 +2,14 @@
 
 import math
 
+import effort
 import numpy as np
-import oracle
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracles.se3 import hat
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
 from vsctrl.errors import InputError
 from vsctrl.servo.robot.axes import Axes, Piece, along
@@ -40,7 +42,7 @@ def integrated(wanted, capability):
     def field(y, du):
         T = y[6:12] if tau else y[:6]
         dT = (y[:6] - T) / tau if tau else du
-        return np.concatenate([du, dT, T, (y[18:].reshape(4, 4) @ oracle.hat(T)).ravel()])
+        return np.concatenate([du, dT, T, (y[18:].reshape(4, 4) @ hat(T)).ravel()])
 
     def solve(f, a, b, y, events=None):
         return solve_ivp(
@@ -174,9 +176,7 @@ def test_a_lag_far_below_the_period_is_a_shift_of_the_path_by_the_lag(tau):
     exact = 0.04 * A - tau * A  # ∫ of A (1 − e^{−t/τ})
     np.testing.assert_allclose(piece.integral(), exact, rtol=1e-14)
     # Along one screw the twists commute and the motion is the exponential of the integral.
-    np.testing.assert_allclose(
-        piece.motions(np.array([0.04]))[0], oracle.expm(oracle.hat(exact)), atol=1e-14
-    )
+    np.testing.assert_allclose(piece.motions(np.array([0.04]))[0], expm(hat(exact)), atol=1e-14)
 
 
 def test_brakes_let_the_axes_go_on_from_what_is_left():
@@ -202,7 +202,7 @@ number = st.floats(-1e3, 1e3)
 limit = st.one_of(st.none(), st.floats(1e-6, 1e4), st.just(math.inf))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=effort.share(300), deadline=None)
 @given(st.tuples(*[number] * 6), limit, limit)
 def test_saturation_keeps_the_direction_and_no_more_is_lost_than_the_limits_ask(T, speed, rate):
     T = np.array(T)

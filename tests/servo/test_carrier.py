@@ -3,20 +3,20 @@
 import math
 from itertools import pairwise
 
+import effort
 import numpy as np
-import oracle
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracles.se3 import hat
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from vsctrl.errors import InputError
 from vsctrl.servo.pose import exp_one, from_euler_xyz
-from vsctrl.servo.robot import carrier, joints
+from vsctrl.servo.robot import joints
 from vsctrl.servo.robot.carrier import Capability, Carrier
 from vsctrl.servo.robot.gantry import Gantry
-from vsctrl.servo.scenario import checks
 from vsctrl.servo.scenario.scenario import COMMENTS
 
 PERIOD = 0.04
@@ -35,7 +35,7 @@ def moved(commands=COMMANDS, start=START, period=PERIOD, **options):
 
 
 def step(T, h):
-    return expm(oracle.hat(T) * h)
+    return expm(hat(T) * h)
 
 
 # A camera that does as it is told ----------------------------------------------------------------
@@ -116,8 +116,12 @@ def test_a_dead_time_longer_than_the_run_leaves_the_camera_at_its_start():
     np.testing.assert_array_equal(camera.twists, np.zeros((20, 6)))
 
 
-def test_whole_means_the_same_as_in_a_scenario():
-    assert carrier.WHOLE == checks.WHOLE
+def test_a_dead_time_typed_with_seven_digits_is_whole_frames_and_one_with_five_is_not():
+    frames, typed = moved(delay=2 * PERIOD), moved(delay=2 * PERIOD * (1 + 1e-7))
+    np.testing.assert_array_equal(typed.twists, frames.twists)
+    late = moved(delay=2 * PERIOD * (1 + 1e-5)).twists[3:]
+    expected = (1 - 2e-5) * frames.twists[3:] + 2e-5 * frames.twists[2:-1]
+    np.testing.assert_allclose(late, expected, atol=1e-12)
 
 
 # Hand-eye ----------------------------------------------------------------------------------------
@@ -172,7 +176,7 @@ def integrated(options, delay, times, frames=8):
     def field(y, du):
         T = y[6:12] if tau else y[:6]
         dT = (y[:6] - T) / tau if tau else np.zeros(6)
-        return np.concatenate([du, dT, T, (y[18:].reshape(4, 4) @ oracle.hat(T)).ravel()])
+        return np.concatenate([du, dT, T, (y[18:].reshape(4, 4) @ hat(T)).ravel()])
 
     def go(y, du, t0, t1, events=None):
         """Integrate and note the poses asked for; the events end it."""
@@ -276,7 +280,7 @@ def test_what_is_felt_on_a_circle_at_constant_twist_is_no_acceleration_of_the_ax
     assert "components in the camera frame" in COMMENTS["robot.acceleration_limit"]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=effort.share(100), deadline=None)
 @given(
     st.lists(st.tuples(*[st.floats(-5, 5)] * 6), min_size=1, max_size=6),
     st.floats(0.01, 2),

@@ -59,6 +59,20 @@ def test_every_remedy_leaves_the_error_that_its_steady_twists_ask_for(found, rho
     assert found.agrees and found.errors.agrees and found.seen.agrees
 
 
+def test_three_periods_of_seven_digits_are_three_frames_to_every_remedy():
+    """0.1 s are 3.0000003 of them, which moves a steady error by 10⁻⁷ of vτ at most."""
+    period = 0.03333333
+    found = study.compare_remedies(paper.sliding(latency=0.1).with_(period=period), limits=False)
+    assert found.agrees
+    for way in ("predicted", "exact", "simulated"):
+        error = getattr(found.of("none").error, way)
+        assert error == pytest.approx(SPEED * 0.1, abs=2e-7 * SPEED * 0.1)
+    # z⁴ − z³ + λTₛ and, with the predictor, z − 1 + λTₛ.
+    limit = 2 * math.sin(math.pi / 14) / period
+    assert found.of("none").limit.exact == pytest.approx(limit, rel=1e-9)
+    assert found.of("Smith").limit.exact == pytest.approx(2 / period, rel=1e-9)
+
+
 def test_an_integral_satisfies_the_law_and_not_the_user_unless_aligned(found):
     late, aligned = (row for row in found.rows if row.remedy.kind == "PI")
     assert late.seen.simulated == pytest.approx(0, abs=1e-9)

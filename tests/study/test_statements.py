@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from another_simulator import (
+from oracles.experiments import (
     LAM,
     ROTATION_START,
     ROTATION_TWIST,

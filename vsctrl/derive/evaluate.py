@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sympy import Symbol, lambdify
 
+from vsctrl.checks import quoted
 from vsctrl.derive.emit.shared import common, computable
 from vsctrl.derive.emit.source import Printer
 from vsctrl.derive.kinematics.interaction import VisualFeature
@@ -149,7 +150,7 @@ def _numbers(name: str, value: Any) -> _Floats:
     except (TypeError, ValueError, OverflowError):
         array = np.asarray(None)
     if array.dtype.kind not in "iuf":
-        raise InputError(f"{name} = {_short(value)} must be a real number or an array of them.")
+        raise InputError(f"{name} = {quoted(value)} must be a real number or an array of them.")
     with np.errstate(over="ignore"):  # of what is longer than a double
         array = array.astype(np.float64, copy=False)
     finite = np.isfinite(array)
@@ -193,11 +194,6 @@ def _at(name: str, array: _Floats, bad: NDArray[np.bool_]) -> str:
 def _index(flat: int, shape: tuple[int, ...]) -> str:
     """``[1, 3]`` of the place in the flattened array, and nothing of a single number."""
     return f"[{', '.join(str(int(i)) for i in np.unravel_index(flat, shape))}]" if shape else ""
-
-
-def _short(value: Any) -> str:
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _singular(compiled: _Compiled, there: Mapping[str, Any], index: str) -> str:

@@ -50,7 +50,7 @@ class Channel:
     sign: int = 1
 
     def __post_init__(self) -> None:
-        self.system.diagram._check_channel(self.source, self.target)
+        self.system.diagram.check_channel(self.source, self.target)
 
     @property
     def expr(self) -> sp.Expr:

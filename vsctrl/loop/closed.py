@@ -10,6 +10,7 @@ import sympy as sp
 
 from vsctrl.errors import InputError
 from vsctrl.loop.figure1 import Placement, check_placement, diagram
+from vsctrl.loop.generated import printed
 from vsctrl.loop.limits import loop_transfer, pulse_transfer
 from vsctrl.symbols import T_s, d, ell, ell_hat, kappa, lam, omega, s, t, tau
 from vsctrl.symbols import z_plane as z
@@ -26,7 +27,7 @@ def pole(branch: int = 0) -> sp.Expr:
     return _principal_pole().replace(sp.LambertW, lambda a: sp.LambertW(a, branch))
 
 
-@cache
+@printed
 def _principal_pole() -> sp.Expr:
     return sp.solve(1 + loop_transfer(), s)[0]
 

@@ -9,6 +9,7 @@ from functools import cache
 import sympy as sp
 
 from vsctrl.loop.closed import step_response
+from vsctrl.loop.generated import printed
 from vsctrl.loop.limits import loop_transfer
 from vsctrl.symbols import k_ff, kappa, lam, omega, s, t, tau
 
@@ -46,7 +47,7 @@ def margin(name: str) -> sp.Expr:
     return sp.solve(sp.Eq(margins()[name], omega), x)[0]
 
 
-@cache
+@printed
 def sensitivity_peak() -> tuple[sp.Expr, sp.Expr]:
     """(x, Ms) as functions of u = τ ω_peak: u sin u − u² cos u and 1/(cos u √(1 + u²)).
 
@@ -60,7 +61,7 @@ def sensitivity_peak() -> tuple[sp.Expr, sp.Expr]:
     return sp.expand(gain), 1 / (sp.cos(u) * sp.sqrt(sp.simplify(least / sp.cos(u) ** 2)))
 
 
-@cache
+@printed
 def dominant_damping() -> sp.Expr:
     """x whose dominant pair has the damping ratio ζ: θ e^{−θ cot θ}/sin θ, θ = arccos ζ.
 
@@ -78,7 +79,7 @@ def dominant_damping() -> sp.Expr:
     return size.subs(r, radius).subs(theta, sp.acos(zeta))
 
 
-@cache
+@printed
 def squared_step_error() -> sp.Expr:
     """The integral over τ. For t > 0 the error e that the law sees obeys e′(t) = −x e(t − 1).
 

@@ -12,9 +12,11 @@ from typing import Any
 import sympy as sp
 
 from vsctrl import checks as check
+from vsctrl import timing
 from vsctrl.errors import InputError
 from vsctrl.loop import fractional_delay
 from vsctrl.loop.figure1 import figure1
+from vsctrl.loop.generated import printed
 from vsctrl.symbols import T_s, d, ell, ell_hat, kappa, lam, omega, s, tau
 from vsctrl.symbols import z_plane as z
 
@@ -107,7 +109,7 @@ def _value(
                 f"period = {period:g} s is not usable: a delay of {delay:g} s would be over "
                 f"{MOST_PERIODS:g} of it; give a longer one."
             )
-        samples = _whole_periods(delay, period)
+        samples = timing.whole_periods(delay, period)
         if samples is None:
             result = between(delay / period) / (ratio * period)
             return result if check.is_symbolic(ratio) else float(result)
@@ -116,7 +118,7 @@ def _value(
     return float(result) if result.is_number and not symbolic else result
 
 
-@cache
+@printed
 def _continuous_limit() -> sp.Expr:
     """Solve |L(jω)| = 1, arg L(jω) − α = −π for λ, L from the diagram opened at S_meas."""
     loop = loop_transfer()
@@ -126,7 +128,7 @@ def _continuous_limit() -> sp.Expr:
     return sp.solve(sp.Eq(sp.Abs(rational), 1), lam)[0].subs(omega, crossover)
 
 
-@cache
+@printed
 def _sampled_limit() -> sp.Expr:
     """The same for the pulse transfer function at z = e^{jθ}, held velocity, d samples late."""
     pulse = pulse_transfer()  # rational in z, without the d samples of delay
@@ -150,7 +152,7 @@ def loop_transfer() -> sp.Expr:
     return loop.subs(ell, kappa * ell_hat)
 
 
-@cache
+@printed
 def pulse_transfer() -> sp.Expr:
     """Zero-order hold in front of figure 1's plant: (z − 1)/z · Z{L⁻¹[G(s)/s]} by its samples."""
     t, k = sp.Symbol("t", positive=True), sp.Symbol("k", integer=True, nonnegative=True)
@@ -168,7 +170,7 @@ def sampled_characteristic() -> sp.Expr:
     return sp.expand(z**d * den) + num
 
 
-@cache
+@printed
 def _continuous_double_root() -> sp.Expr:
     """p = s + κλe^{−τs} and p′ = 0 at once: λ solves p = 0, and then p′ = 0 gives s."""
     gain = sp.solve(1 + loop_transfer(), lam)[0]
@@ -183,14 +185,8 @@ def _sampled_double_root(samples: Any) -> sp.Expr:
     return _delayed_double_root()
 
 
-@cache
+@printed
 def _delayed_double_root() -> sp.Expr:
     gain = sp.solve(1 + pulse_transfer() * z**-d, lam)[0]
-    at = sp.solve(sp.simplify(sp.diff(gain, z) / z ** (d - 1)), z)[0]
-    return sp.simplify(gain.subs(z, at))
-
-
-def _whole_periods(late: float, period: float) -> int | None:
-    """A delay (s) in samples, or None where it is no whole number of periods."""
-    samples = round(late / period)
-    return samples if abs(late - samples * period) <= 1e-9 * period else None
+    root = sp.solve(sp.simplify(sp.diff(gain, z) / z ** (d - 1)), z)[0]
+    return sp.simplify(gain.subs(z, root))

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo import faults, timing
+from vsctrl import timing
+from vsctrl.servo import faults
 from vsctrl.servo.camera.camera import NEAREST
 from vsctrl.servo.camera.sensor import Eye, Schedule, Sight
 from vsctrl.servo.camera.target import Target
@@ -24,6 +25,7 @@ from vsctrl.servo.results.run import Run, Status
 from vsctrl.servo.robot.capability import Capability
 from vsctrl.servo.robot.carrier import Carrier
 from vsctrl.servo.robot.gantry import Gantry
+from vsctrl.servo.timing import delays
 
 if TYPE_CHECKING:
     from vsctrl.servo.scenario import Scenario
@@ -59,7 +61,8 @@ class _Loop:
 
     def __init__(self, scenario: "Scenario") -> None:
         vision, t = scenario.vision, scenario.t
-        ages = timing.delays(scenario.law.placement, vision.latency / vision.period)
+        late = timing.in_periods(vision.latency, vision.period)
+        ages = delays(scenario.law.placement, late)
         self.t = t
         self.target = Target(
             np.array(scenario.target.points), np.array(scenario.target.drift), scenario.target.sway

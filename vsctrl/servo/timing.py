@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl import timing
+
 if TYPE_CHECKING:
     from vsctrl.servo.scenario import Placement
 
 Array = NDArray[np.float64]
-
-# Times are decimal fractions typed by people: 9 s / 0.04 s is 225 frames, not
-# 224.99999999999997.
-WHOLE = 1e-6
 
 
 class Delays(NamedTuple):
@@ -35,18 +33,12 @@ def delays(placement: "Placement", periods: float) -> Delays:
     }[placement]
 
 
-def whole(periods: float) -> int | None:
-    """A number of periods as an integer where it is one, else None."""
-    nearest = round(periods)
-    return nearest if abs(periods - nearest) <= WHOLE else None
-
-
 def late(t: Array, period: float, periods: float) -> Array:
     """The times ``t_k − periods·Tₛ``, never before 0; on the frames where that is whole.
 
     t: (n,) in s, the frames.
     """
-    d = whole(periods)
+    d = timing.whole(periods)
     if d is None:
         return np.maximum(t - periods * period, 0.0)
     return t[np.maximum(np.arange(len(t)) - d, 0)]

@@ -11,13 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl import loop
+from vsctrl import loop, timing
 from vsctrl.loop import fractional_delay
 from vsctrl.loop.limits import sampled_characteristic
 from vsctrl.servo import Scenario
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.pose import inverse
-from vsctrl.servo.timing import whole
 from vsctrl.symbols import T_s, d, kappa, lam, z_plane
 
 Array = NDArray[np.float64]
@@ -124,7 +123,7 @@ def characteristic(scenario: Scenario, mu: complex) -> NDArray[np.inexact[Any]]:
     """
     gain = scenario.law.lam
     period, late = scenario.vision.period, scenario.vision.latency
-    samples = whole(late / period)
+    samples = timing.whole_periods(late, period)
     if samples is None:
         none, one = (fractional_delay.characteristic(late / period, share) for share in (0.0, 1.0))
         return none + mu * gain * period * (one - none)

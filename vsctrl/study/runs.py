@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl import timing
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario, simulate
 from vsctrl.study.modes import characteristic, dominant, eigenvalues, gain_limit
@@ -59,7 +60,7 @@ def settling(scenario: Scenario, what: str) -> tuple[int, float]:
     Errors: `InputError` where the loop is not stable as sampled, so that nothing settles.
     """
     possible(scenario)
-    late = math.ceil(scenario.vision.latency / scenario.vision.period)
+    late = timing.first_frame(scenario.vision.latency, scenario.vision.period)
     limit = gain_limit(scenario)
     if not scenario.law.lam < limit:
         raise InputError(

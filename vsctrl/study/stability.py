@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl import loop
+from vsctrl import loop, timing
 from vsctrl.diagram import Ramp, Step
 from vsctrl.servo import Scenario
-from vsctrl.servo.timing import whole
 from vsctrl.study.modes import critical_eigenvalue, gain_limit
 from vsctrl.study.tracking.cases import ratio_along_motion
 from vsctrl.tables import finite
@@ -119,7 +118,8 @@ class Stability:
     @property
     def sampled_in_closed_form(self) -> bool:
         """Whether the sampled limits are closed forms: those of whole numbers of periods are."""
-        return whole(self.scenario.vision.latency / self.scenario.vision.period) is not None
+        vision = self.scenario.vision
+        return timing.whole_periods(vision.latency, vision.period) is not None
 
     @property
     def is_stable(self) -> bool:

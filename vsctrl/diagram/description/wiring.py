@@ -100,7 +100,8 @@ class Wiring:
                 f"the diagram has {', '.join(self.signals)}."
             )
 
-    def _check_channel(self, source: str, target: str) -> None:
+    def check_channel(self, source: str, target: str) -> None:
+        """Refuse a channel that does not go from an input to a signal. Errors: `InputError`."""
         self.require(source)
         self.require(target)
         if source not in self.inputs:

@@ -54,7 +54,7 @@ class SampledChannel:
     sign: int = 1
 
     def __post_init__(self) -> None:
-        self.twin.system.diagram._check_channel(self.source, self.target)
+        self.twin.system.diagram.check_channel(self.source, self.target)
 
     @cached_property
     def recursion(self) -> DifferenceEquation:

@@ -12,7 +12,6 @@ three periods is three periods and not 2.9999999999999996.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -22,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from vsctrl import timing
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.errors import InputError
 
@@ -55,13 +55,10 @@ def sample(system: DelaySystem, period: Fraction, hold: str) -> Taps:
 def ago(theta: Fraction, period: Fraction) -> tuple[int, Fraction]:
     """(d, g) of θ = d·period − g, 0 ≤ g < period: what is θ late is g after the sample k − d.
 
-    Decimals of 1/30 s and 2/30 s are not quite one and two periods; to 12 digits they are.
+    Decimals of 1/30 s and 2/30 s are not quite one and two periods; `timing` calls them so.
     """
-    late = round(theta / period)
-    if abs(theta - late * period) <= Fraction(1, 10**12) * theta:
-        return late, Fraction(0)
-    late = math.ceil(theta / period)
-    return late, late * period - theta
+    late, share = timing.split(theta / period)
+    return (late + 1, (1 - share) * period) if share else (late, Fraction(0))
 
 
 def written_out(system: DelaySystem, hold: str) -> Table:

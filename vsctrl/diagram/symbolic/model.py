@@ -22,7 +22,7 @@ class Model(Wiring):
 
         `source` is an input of the diagram; `target` any signal.
         """
-        self._check_channel(source, target)
+        self.check_channel(source, target)
         return transfer_function.expression(self, source, target)
 
     @cached_property

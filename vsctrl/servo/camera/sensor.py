@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo import timing
+from vsctrl import timing
 from vsctrl.servo.camera.camera import NEAREST, Camera
 from vsctrl.servo.camera.lens import distorted
+from vsctrl.servo.timing import late
 
 if TYPE_CHECKING:
     from vsctrl.servo.scenario import Scenario
@@ -103,8 +104,9 @@ class Schedule:
         """The schedule of the frames t (n,) in s, of images that are ``age`` periods old."""
         n, period = len(t), vision.period
         k = np.arange(n)
-        exposed = timing.late(t, period, age)
-        on_frame = timing.whole(age) is not None
+        exposed = late(t, period, age)
+        full, share = timing.split(age)
+        on_frame = not share
         if vision.jitter:
             draw = np.random.default_rng([vision.seed, 1]).standard_normal(n)
             ages = np.maximum(age * period + vision.jitter * draw, 0.0)
@@ -115,7 +117,7 @@ class Schedule:
         if vision.missed:
             fresh = np.random.default_rng([vision.seed, 2]).random(n) >= vision.missed
             fresh[0] = True
-        index = np.maximum(k - int(age + timing.WHOLE), 0)
+        index = np.maximum(k - full, 0)
         if vision.jitter:
             index = np.searchsorted(exposed, exposed)
         # What is shown again is not new, and has the noise that it had.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo import timing
+from vsctrl import timing
 from vsctrl.servo.estimation.image_filter import Estimate, ImageFilter
 
 if TYPE_CHECKING:
@@ -28,11 +28,9 @@ class Smith:
     """
 
     def __init__(self, period: float, latency: float) -> None:
-        d = latency / period
-        n = timing.whole(d)
-        full = int(d) if n is None else n
+        full, share = timing.split(latency / period)
         # Seconds that each of the last commands acted in that time, the latest first.
-        self._shares = period * np.array([1.0] * full + ([] if n is not None else [d - full]))
+        self._shares = period * np.array([1.0] * full + [share] * (share > 0))
         self._commands = np.zeros((len(self._shares), 6))
 
     def __call__(self, s: Array, L_hat: Array, shown: "Shown", applied: Array) -> Estimate:

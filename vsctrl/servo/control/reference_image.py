@@ -170,7 +170,7 @@ class _Planner:
 
     def twist(self, t: Array) -> Array:
         """T* as planned, (n, 6)."""
-        T = self.trajectory.twist(t)
+        T = self.trajectory.twist_at_frames(t)
         if self.hand_eye is None:
             return T
         return np.squeeze(adjoint(inverse(self.hand_eye)) @ T[..., None], -1)

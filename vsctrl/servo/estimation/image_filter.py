@@ -20,8 +20,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl import timing
 from vsctrl.errors import InputError
-from vsctrl.servo import timing
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -99,9 +99,7 @@ class ImageFilter:
         self._period = float(period)
         self._process = float(process)
         self._variance = float(measurement) ** 2
-        d = latency / period
-        n = timing.whole(d)
-        self._delay = d if n is None else float(n)
+        self._delay = timing.in_periods(latency, period)
         self._frame = -1
         self._motion = self._over(1.0)
         self._horizon, self._ahead = 0.0, self._over(0.0)

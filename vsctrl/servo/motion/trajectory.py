@@ -14,6 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vsctrl import timing
 from vsctrl.errors import InputError
 from vsctrl.servo.pose import exp
 
@@ -58,6 +59,13 @@ class Trajectory(ABC):
     def jumps(self) -> tuple[Jump, ...]:
         """Where the twist jumps between start and end, in order of time."""
         return ()
+
+    def twist_at_frames(self, t: ArrayLike) -> Array:
+        """Twist at frames t: (...,) in s → (..., 6); after the jump that a frame is at.
+
+        Times and periods are typed with few digits, and rounding must not choose the side.
+        """
+        return self.twist(timing.after(times(t), np.array([jump.t for jump in self.jumps])))
 
     @property
     def end_twist(self) -> Array:
@@ -180,7 +188,17 @@ class Oscillation(Trajectory):
 
     def twist(self, t: ArrayLike) -> Array:
         """Twist at the times t: (...,) in s → (..., 6), (V, Ω) in m/s and rad/s."""
-        x = self._phase(t)
+        return self._moving(self._phase(t))
+
+    def twist_at_frames(self, t: ArrayLike) -> Array:
+        """Twist at frames t: (...,) in s → (..., 6); after the turn that a frame is at."""
+        if self.waveform == "sine":
+            return self.twist(t)
+        quarters = timing.to_whole(4 * times(t) / self.period)  # turns are at 1, 3, 5, …
+        return self._moving(quarters % 4 / 4)
+
+    def _moving(self, x: Array) -> Array:
+        """Twist at the phases x: (...,) of a cycle → (..., 6)."""
         if self.waveform == "sine":
             slope = 2 * np.pi * np.cos(2 * np.pi * x)
         else:
@@ -222,8 +240,11 @@ class Oscillation(Trajectory):
 
     @property
     def _turns(self) -> float:
-        """Turning points before the end; one at the very end, within rounding, does not count."""
-        return max(0.0, float(np.ceil(2 * self.duration / self.period - 0.5 - 1e-9)))
+        """Turning points before the end; one at the very end, by `timing.whole`, is none."""
+        if not math.isfinite(4 * self.duration / self.period):
+            return math.inf
+        quarters = timing.in_periods(4 * self.duration, self.period)
+        return float(max(0, math.ceil((quarters - 1) / 2)))
 
     def _phase(self, t: ArrayLike) -> Array:
         x = times(t) / self.period

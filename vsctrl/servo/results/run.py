@@ -124,7 +124,7 @@ class Run:
     @property
     def _reference_velocity(self) -> Array:
         """Of the reference at the frames of the run, in its camera frame, (n, 3) in m/s."""
-        return self.scenario.reference.twist(self.t)[:, :3]
+        return self.scenario.reference.twist_at_frames(self.t)[:, :3]
 
     def save(self, path: str | Path) -> None:
         """Write the run to exactly this path as a NumPy archive: all of it or nothing.

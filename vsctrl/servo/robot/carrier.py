@@ -23,13 +23,13 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vsctrl import timing
 from vsctrl.errors import InputError
 from vsctrl.servo.pose import adjoint, exp_one
 from vsctrl.servo.robot.axes import Axes, Piece, along
 from vsctrl.servo.robot.capability import Capability
 from vsctrl.servo.robot.gantry import rigid
 from vsctrl.servo.robot.joints import Arm, Stop
-from vsctrl.servo.timing import WHOLE
 
 __all__ = ["Capability", "Carrier", "Stop"]
 
@@ -74,9 +74,8 @@ class Carrier:
         self.pose, self.stopped = rigid("start", start), None
         self._period, self._k = period, 0
         ratio = min(delay / period, frames + 1.0)  # what would come later never arrives
-        self._late = math.floor(ratio + WHOLE)
-        share = ratio - self._late
-        self._old = share * period if share > WHOLE else 0.0
+        self._late, share = timing.split(ratio)
+        self._old = share * period
         self._adjoint = None if hand_eye is None else adjoint(rigid("hand_eye", hand_eye))
         self._capability = capability or Capability()
         self._axes: Axes | None = None
@@ -153,7 +152,7 @@ class Carrier:
                 raise InputError("t: nan is no time; give seconds.")
             return self._poses[0].copy()
         now = self._k * self._period
-        if t > now + WHOLE * self._period:
+        if t > now and timing.whole_periods(t, self._period) != self._k:
             raise InputError(
                 f"t: the camera has moved until {now:g} s, its pose at {t:g} s is not known yet."
             )

@@ -5,20 +5,20 @@ and do all points lie in front of the camera at both starts and along the whole 
 happens in the closed loop cannot be known beforehand and is a status of the run.
 """
 
-import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl import timing
 from vsctrl.errors import InputError
 from vsctrl.servo.camera.camera import NEAREST, Camera
 from vsctrl.servo.camera.sensor import Eye
 from vsctrl.servo.control.reference_image import Plan
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.pose import exp
-from vsctrl.servo.timing import WHOLE, delays
+from vsctrl.servo.timing import delays
 
 if TYPE_CHECKING:
     from vsctrl.servo.scenario.scenario import Scenario
@@ -32,8 +32,8 @@ MOST_POINT_FRAMES = 10_000_000
 
 
 def count_frames(duration: float, period: float) -> int:
-    """Number N of the last frame at or before the end: ``⌊duration/period⌋`` within rounding."""
-    return math.floor(duration / period + WHOLE)
+    """Number N of the last frame at or before the end, ``⌊duration/period⌋`` by `timing.whole`."""
+    return timing.last_frame(duration, period)
 
 
 def frame_problems(

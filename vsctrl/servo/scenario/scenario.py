@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
-from vsctrl import files
+from vsctrl import files, timing
 from vsctrl.errors import InputError
 from vsctrl.servo.motion.trajectory import ConstantScrew, Trajectory
 from vsctrl.servo.pose import exp, from_euler_xyz
@@ -45,7 +45,6 @@ from vsctrl.servo.scenario.options import (
 )
 from vsctrl.servo.scenario.tables import OWNER, Table, remedy
 from vsctrl.servo.scenario.types import Text
-from vsctrl.servo.timing import WHOLE
 
 
 def _meanings(path: str, model: type[Table]) -> dict[str, str]:
@@ -132,17 +131,17 @@ class Scenario(Table):
     def latency_frames(self) -> int:
         """Latency in video periods, d. Raises InputError when it is no whole number of them."""
         latency, period = self.vision.latency, self.vision.period
-        ratio = latency / period
-        d = round(ratio)
-        if abs(ratio - d) > WHOLE:
-            below = int(ratio)
+        d = timing.whole_periods(latency, period)
+        if d is None:
+            below = timing.last_frame(latency, period)
             raise fields.FieldsError(
                 [
                     (
                         "vision.latency",
-                        f"{latency:g} s is {ratio:g} video periods of {period:g} s; the sampled "
-                        "loop is solved here for whole frames (simulate takes any), so choose "
-                        f"{below * period:g} or {(below + 1) * period:g}",
+                        f"{latency:g} s is {timing.shown(latency / period)} video periods of "
+                        f"{period:g} s; the sampled loop is solved here for whole frames "
+                        "(simulate takes any), so choose "
+                        f"{below * period:.9g} or {(below + 1) * period:.9g}",
                     )
                 ]
             )

@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from vsctrl import checks as check
-from vsctrl import loop
+from vsctrl import loop, timing
 from vsctrl.diagram import Ramp
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
@@ -153,7 +153,7 @@ def _steady(
 ) -> tuple[SteadyError, SteadyError]:
     """The steady errors of a sideways slide at the scenario's speed."""
     speed, period, depth = scenario.speed, scenario.vision.period, modes.nearest_depth(scenario)
-    frames, left = runs.ended(modulus, round(scenario.vision.latency / period))
+    frames, left = runs.ended(modulus, timing.first_frame(scenario.vision.latency, period))
     most = runs.MOST_FRAMES * period
     late = min(EXPONENT / rate, most) + sum(remedy.values.get(n, 0.0) for n in ("tau", "tau_hat"))
     left = max(left, math.exp(-rate * late))
@@ -233,7 +233,7 @@ def _search(scenario: Scenario, remedy: Remedy) -> float | None:
     """The gain (s⁻¹) at which a small offset neither grows nor decays with a remedy."""
     period = scenario.vision.period
     longest = max(remedy.values.get(name, 0.0) for name in ("tau", "tau_hat"))
-    memory = math.ceil(longest / period - 1e-9) + 1
+    memory = timing.first_frame(longest, period) + 1
     fields = {name: value for name, value in remedy.fields.items() if name != "k_ff"}
     frames = FRAMES * (LONGER if any(mu.imag for mu in modes.eigenvalues(scenario)) else 1)
     options = {**fields, "memory": memory, "frames": frames}

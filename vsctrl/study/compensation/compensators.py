@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
-from vsctrl import loop
+from vsctrl import loop, timing
 from vsctrl.diagram import Diagram, Ramp, Signal
 from vsctrl.diagram.system import System
 from vsctrl.errors import LimitError
@@ -96,7 +96,9 @@ def remedies(
 
     `mismatches` are τ̂ − τ in s. A remedy that cannot be had is a sentence instead.
     """
-    law, tau, period = scenario.law, scenario.vision.latency, scenario.vision.period
+    law, period = scenario.law, scenario.vision.period
+    # As the simulator has it, so that a latency of whole frames is that in every formula.
+    tau = timing.settled(scenario.vision.latency, period)
     ratio = sideways_ratio(scenario)
     values = {"lam": law.lam, "k_ff": law.k_ff, "tau": tau, "ell": ratio, "ell_hat": 1.0}
     fields = {"k_ff": law.k_ff, "placement": "measurement"}

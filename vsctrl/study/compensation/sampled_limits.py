@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl import timing
+
 Polynomial = NDArray[np.inexact[Any]]
 
-WHOLE = 1e-6  #: periods, by which a latency may miss a whole number of them
 ON_CIRCLE = 1e-6  #: how far from the unit circle rounding puts a root that is on it
 NOTHING = 1e-9  #: per frame, a gain that only rounding makes
 
@@ -116,15 +117,11 @@ def _power(n: int) -> Polynomial:
 
 def _late(periods: float) -> tuple[int, Polynomial]:
     """n and 1 + f (z − 1) of the delay z⁻ⁿ (1 + f (z − 1)), f = n − d the part of a frame left."""
-    nearest = round(periods)
-    n = nearest if abs(periods - nearest) <= WHOLE else math.ceil(periods)
-    f = n - periods if n != nearest or abs(periods - nearest) > WHOLE else 0.0
-    return n, np.array([f, 1.0 - f]) if f else np.array([1.0])
+    d, share = timing.split(periods)
+    return (d + 1, np.array([1.0 - share, share])) if share else (d, np.ones(1))
 
 
 def _shares(periods: float) -> Polynomial:
     """How much of a frame each of the last twists acts in τ̂, the latest first."""
-    nearest = round(periods)
-    if abs(periods - nearest) <= WHOLE:
-        return np.ones(nearest)
-    return np.array([1.0] * int(periods) + [periods - int(periods)])
+    full, share = timing.split(periods)
+    return np.array([1.0] * full + [share] * (share > 0))

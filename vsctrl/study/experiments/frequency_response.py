@@ -16,7 +16,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl import loop
+from vsctrl import loop, timing
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured, Value
@@ -92,7 +92,7 @@ def _row(scenario: Scenario, feedforward: bool, w: float) -> SineRow:
     frames, left = settling(scenario, "error")
     exact = _theory(scenario, feedforward, held=True)(w)
     amplitude, cycle = AMPLITUDE * nearest_depth(scenario), 2 * math.pi / w
-    tail = max(SEEN, math.ceil(cycle / 2 / scenario.vision.period))
+    tail = max(SEEN, timing.first_frame(cycle / 2, scenario.vision.period))
     found = run(
         scenario,
         frames + tail,

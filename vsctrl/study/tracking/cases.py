@@ -11,16 +11,14 @@ from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-from vsctrl import loop
+from vsctrl import loop, timing
 from vsctrl.diagram import Ramp, Signal
 from vsctrl.servo import Run, Scenario, simulate
-from vsctrl.servo.timing import whole
 from vsctrl.study.modes import characteristic, dominant, gain_limit, sideways_ratio
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from vsctrl.diagram.system import System
+    from vsctrl.symbols import Expr
 
 MOST_FRAMES = 10_000  #: the longest run that waiting for the end of a transient may cost
 _WHERE = {"measurement": "late", "aligned": "late, aligned", "actuator": "late in the actuator"}
@@ -56,8 +54,8 @@ class Case:
     @property
     def is_late_between_frames(self) -> bool:
         """Whether the reference is delayed too, and by no whole number of frames."""
-        periods = self.delay / self.scenario.vision.period
-        return self.placement == "aligned" and whole(periods) is None
+        whole = timing.whole_periods(self.delay, self.scenario.vision.period)
+        return self.placement == "aligned" and whole is None
 
     @property
     def kappa(self) -> float:
@@ -90,7 +88,7 @@ class Case:
         ramp = Ramp(self.scenario.speed)
         return float(loop.tracking_error(ramp, self.placement, kappa=self.kappa, **self.values))
 
-    def formula(self, reference: Signal) -> sp.Expr:
+    def formula(self, reference: Signal) -> Expr:
         """The error on a reference in closed form, what is 0 or 1 in this case put in."""
         known: dict[str, Any] = {} if self.delay else {"tau": 0}
         known |= {"k_ff": int(self.k_ff)} if self.k_ff in (0.0, 1.0) else {}
@@ -115,7 +113,7 @@ class Case:
         By the dominant root of each loop: e^{σt}, and |z|ᵏ over the whole frames in that time. It
         is 1 where either loop is not stable.
         """
-        frames = int(seconds / self.scenario.vision.period * (1 + 1e-12))
+        frames = timing.last_frame(seconds, self.scenario.vision.period)
         held = abs(dominant(characteristic(self.own, self.kappa)))
         # e^{σt} of the rightmost root, kept from overflowing where that is right of the axis.
         smooth = math.exp(min(float(self.system.poles(1)[0].real) * seconds, 0.0))

@@ -128,7 +128,7 @@ def predicted_lag(case: Case, t: Array) -> Array:
     pose = reference.pose(t)
     steps = log(inverse(pose[:-1]) @ pose[1:])[:, :3]
     way = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)])
-    speed = reference.twist(t)[:, :3]
+    speed = reference.twist_at_frames(t)[:, :3]
     twin, compared = held_twin(case), way
     if case.is_late_between_frames:
         # A reference that is late by a part of a frame is a matter of its motion, not of samples.
@@ -166,7 +166,7 @@ def _directions(scenario: Scenario, t: Array) -> Array:
     reference = scenario.reference
     if isinstance(reference, Oscillation):
         return np.broadcast_to(reference.direction[:3], (len(t), 3))
-    V = reference.twist(t)[:, :3]
+    V = reference.twist_at_frames(t)[:, :3]
     size = np.linalg.norm(V, axis=1)
     moving = np.flatnonzero(size > 1e-9 * size.max())
     # A frame at rest takes the direction of the last one that moved, else of the first that does.

@@ -18,11 +18,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl import loop
+from vsctrl import loop, timing
 from vsctrl.diagram import Block, Diagram, Sine
 from vsctrl.servo import Run, Scenario
 from vsctrl.servo.motion.trajectory import Oscillation
-from vsctrl.servo.timing import whole
 from vsctrl.study.runs import settling
 from vsctrl.study.sine_fit import sine_fit
 from vsctrl.study.tracking.cases import Case, CaseResult, is_sideways
@@ -133,7 +132,7 @@ def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
         notes.append(f"frames of {1e3 * period:g} ms cannot tell so fast a sine")
     else:
         frames, left = settling(case.own, "error")
-        tail = min(max(FEWEST, math.ceil(reference.period / period)), MOST)
+        tail = min(max(FEWEST, timing.first_frame(reference.period, period)), MOST)
         sampled = amplitude * _held(case, w)
         repaired = amplitude * _repaired(case, w)
         found = case.run(max(case.scenario.motion.duration, (frames + tail) * period))
@@ -197,14 +196,14 @@ def _continuous(case: Case, w: float) -> complex:
 
 def _held(case: Case, w: float) -> complex:
     period = case.scenario.vision.period
-    samples = whole(case.delay / period)
+    samples = timing.whole_periods(case.delay, period)
     if samples is None:
         twin, z = held_twin(case), cmath.exp(1j * w * period)
         late = cmath.exp(-1j * w * case.delay) if case.is_late_between_frames else 1.0
         compared, rate = (complex(twin[name, "S"](z)) for name in ("S_ref", "S_rate"))
         return late * compared + 1j * w * rate - 1
-    timing = {T_s: period, d: samples}
-    found = loop.sampled_sine_error(case.placement).subs({**_numbers(case), **timing})
+    held = {T_s: period, d: samples}
+    found = loop.sampled_sine_error(case.placement).subs({**_numbers(case), **held})
     return complex(found.subs(omega, w))
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl import timing
 from vsctrl.diagram import Ramp, Signal
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario
@@ -134,7 +135,7 @@ def row(case: Case, course_of: Callable[[Case], ReferenceCourse]) -> tuple[Stead
     else:
         found = case.run(course.duration)
         if found.status.ok:
-            simulated = float(found.lag_along_motion[round(course.at / period)])
+            simulated = float(found.lag_along_motion[timing.last_frame(course.at, period)])
         else:
             notes.append(f"the simulation ended: {found.status.kind}")
             contradicted = True
@@ -172,7 +173,7 @@ def _horizon(case: Case) -> tuple[float, bool]:
     # Near the sampled limit the held loop decays more slowly than the continuous one.
     rate *= max(1 - scenario.law.lam / case.sampled_limit, 0.02)
     needed = max(scenario.motion.duration, 14 / rate)
-    frames = min(math.ceil(needed / scenario.vision.period), MOST_FRAMES)
+    frames = min(timing.first_frame(needed, scenario.vision.period), MOST_FRAMES)
     wanted = frames * scenario.vision.period
     try:
         scenario.with_(duration=wanted)

@@ -6,17 +6,15 @@ next turn is that of a ramp; where it is not, there is no steady lag, and the ro
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from vsctrl import timing
 from vsctrl.diagram import Ramp, Signal
 from vsctrl.servo.motion.trajectory import Oscillation
 from vsctrl.study.tracking.cases import MOST_FRAMES, Case
 from vsctrl.study.tracking.steady_lag import ReferenceCourse, tolerance
 
 MOST_LEGS = 40  #: that are answered before the lag is read
-BESIDE = 1e-9  #: of a cycle: a frame that is nearer to a turn is on it
 SHARE = 0.1  #: of the tolerance, that a transient may still make up
 
 
@@ -26,8 +24,8 @@ def legs(reference: Oscillation, case: Case) -> ReferenceCourse:
     duration = _long_enough(case, reference)
     turns = [(0.25 + k / 2) * cycle for k in range(MOST_LEGS)]
     turns = [turn for turn in turns if turn < duration + period / 2]
-    frames = round(duration / period)
-    end = min(frames, math.ceil(turns[-1] / period * (1 - BESIDE)) - 1) if turns else frames
+    frames = timing.last_frame(duration, period)
+    end = min(frames, timing.first_frame(turns[-1], period) - 1) if turns else frames
     at = max(end, 0) * period
     before = max((turn for turn in turns if turn <= at), default=0.0)
     sign = float(np.sign(reference.twist(at) @ reference.direction))
@@ -51,8 +49,8 @@ def triangle(reference: Oscillation, until: float) -> Signal:
 
 def _long_enough(case: Case, reference: Oscillation) -> float:
     """The length of the run, s: that of the scenario, or of a quarter and a whole leg if longer."""
-    period, whole = case.scenario.vision.period, 0.75 * reference.period
-    wanted = math.ceil(whole / period) * period
+    period = case.scenario.vision.period
+    wanted = timing.first_frame(0.75 * reference.period, period) * period
     own = case.scenario.motion.duration
     return max(own, wanted) if wanted <= MOST_FRAMES * period else own
 
