@@ -153,13 +153,13 @@ def _steady(
 ) -> tuple[SteadyError, SteadyError]:
     """The steady errors of a sideways slide at the scenario's speed."""
     speed, period, depth = scenario.speed, scenario.vision.period, modes.nearest_depth(scenario)
-    frames, left = runs.ended(modulus, timing.first_frame(scenario.vision.latency, period))
+    frames, remaining = runs.ended(modulus, timing.first_frame(scenario.vision.latency, period))
     most = runs.MOST_FRAMES * period
-    late = min(EXPONENT / rate, most) + sum(remedy.values.get(n, 0.0) for n in ("tau", "tau_hat"))
-    left = max(left, math.exp(-rate * late))
+    t_end = min(EXPONENT / rate, most) + sum(remedy.values.get(n, 0.0) for n in ("tau", "tau_hat"))
+    remaining = max(remaining, math.exp(-rate * t_end))
     start = speed * (1 / (remedy.values["ell"] * scenario.law.lam) + scenario.vision.latency)
-    allowed = 100 * left * start + ROUNDING * max(depth, speed * late)
-    exact = _exact(remedy, speed, late)
+    allowed = 100 * remaining * start + ROUNDING * max(depth, speed * t_end)
+    exact = _exact(remedy, speed, t_end)
     simulated, failure = _simulated(scenario, remedy, frames)
     first, second = (
         SteadyError(
