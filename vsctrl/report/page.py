@@ -23,7 +23,6 @@ from vsctrl import loop
 from vsctrl.derive import ledger
 from vsctrl.report import plots
 from vsctrl.report.verdict import Verdict
-from vsctrl.servo.results.outcome import outcome
 from vsctrl.study import LoopReport
 from vsctrl.study.plot_data import curves
 from vsctrl.study.statements import about
@@ -62,7 +61,7 @@ def page(result: LoopReport, verdict: Verdict, command: str) -> str:
         claims=ledger(),
         counts=Counter(claim.status for claim in ledger()),
         statements=about(result.scenario),
-        own=None if result.as_configured is None else outcome(result.as_configured),
+        own=result.outcome,
         sampled_in_closed_form=result.stability.sampled_in_closed_form,
         command=command,
         versions=[("Python", platform.python_version())] + [(p, version(p)) for p in _PACKAGES],
@@ -147,32 +146,28 @@ def _equation(name: str, expr: Any) -> Markup:
 
 def _figures(result: LoopReport) -> dict[str, Markup]:
     data = curves(result.stability)
-    drawn = {
-        "errors": plots.errors(result.with_feedforward, result.without_feedforward),
-        "top": plots.top_view(result.with_feedforward, result.without_feedforward),
-        "responses": plots.responses(data.times),
-        "bode": plots.bode(data.frequency, result.stability),
-        "nyquist": plots.nyquist(data.frequency, result.stability),
-    }
-    own = result.comparison.own_histories
-    if own:
-        runs = (result.without_feedforward, result.with_feedforward)
-        drawn["histories"] = plots.histories(result.comparison, own, runs)
-    if result.as_configured is not None:
-        drawn["own"] = plots.run_figure(result.as_configured)
+    stability, on, off = result.stability, result.with_feedforward, result.without_feedforward
+    figures: dict[str, Markup] = {}
+
+    def add(name: str, title: str, figure: Any) -> None:
+        figures[name] = Markup(plots.to_svg(figure, html.escape(title), name))
+
+    title = "Image error over time with and without the derivative term"
+    add("errors", title, plots.errors(on, off))
+    add("top", "Path of the camera seen from above", plots.top_view(on, off))
+    title = "Step response, Padé errors and tracking error on the ramp"
+    add("responses", title, plots.responses(data.times))
+    add("bode", "Bode plot of the opened loop with margins", plots.bode(data.frequency, stability))
+    add("nyquist", "Nyquist plot of the opened loop", plots.nyquist(data.frequency, stability))
+    if own := result.comparison.own_histories:
+        title = "First point in the image and lag of the camera over time"
+        add("histories", title, plots.histories(result.comparison, own, (off, on)))
+    if (run := result.as_configured) is not None:
+        add("own", "The run as configured: image, errors, twist and lag", plots.run_figure(run))
     if data.locus is not None:
-        drawn["locus"] = plots.root_locus(data.locus, result.stability)
-    titles = {
-        "errors": "Image error over time with and without the derivative term",
-        "top": "Path of the camera seen from above",
-        "histories": "First point in the image and lag of the camera over time",
-        "responses": "Step response, Padé errors and tracking error on the ramp",
-        "bode": "Bode plot of the opened loop with margins",
-        "nyquist": "Nyquist plot of the opened loop",
-        "own": "The run as configured: image, errors, twist and lag",
-        "locus": "Characteristic roots as the gain grows",
-    }
-    return {
-        name: Markup(plots.to_svg(figure, html.escape(titles[name]), name))
-        for name, figure in drawn.items()
-    }
+        add(
+            "locus",
+            "Characteristic roots as the gain grows",
+            plots.root_locus(data.locus, stability),
+        )
+    return figures

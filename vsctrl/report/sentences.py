@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from decimal import Decimal
+from typing import TypeVar
 
 import numpy as np
 
 from vsctrl.servo import Run, Scenario
 from vsctrl.study import Comparison, History, LoopReport, SteadyLag, Wave
+
+Case = TypeVar("Case", SteadyLag, Wave)
 
 EXACT = 1e-12  #: a lag (m) that is nothing but rounding
 SEEN = 0.2  #: a measured error is said to hide the true one below this share of it
@@ -20,7 +24,7 @@ def tracking(result: LoopReport) -> list[str]:
         return _sine(result)
     # A run that was too short for its transient has a lag, but no steady one.
     latency = result.scenario.vision.latency
-    rows = _own_rows(result).items() if comparison.rows else ()
+    rows = _own(result, result.comparison.row).items() if comparison.rows else ()
     own = [row for (_, delay), row in rows if delay == latency]
     short = any(row.simulated is not None and row.analytic is None for row in own)
     if comparison.rows and not (comparison.on_legs and short):
@@ -41,7 +45,7 @@ def agreement(comparison: Comparison) -> list[str]:
 # Steady lags -----------------------------------------------------------------------------------
 def _steady(result: LoopReport) -> list[str]:
     """Of a constant twist, or at the end of each leg of a triangle."""
-    latency, rows = result.scenario.vision.latency, _own_rows(result)
+    latency, rows = result.scenario.vision.latency, _own(result, result.comparison.row)
     leg = " on each leg" if result.comparison.on_legs else ""
     ideal, own = (rows[False, 0.0], rows[True, 0.0]), (rows[False, latency], rows[True, latency])
     known, settles = (all(_lag(row) is not None for row in pair) for pair in (ideal, own))
@@ -77,17 +81,15 @@ def _steady(result: LoopReport) -> list[str]:
     return out
 
 
-def _own_rows(result: LoopReport) -> dict[tuple[bool, float], SteadyLag]:
-    """The rows of the scenario's own latency and placement and of none, by k_ff and latency."""
-    latency, comparison = result.scenario.vision.latency, result.comparison
+def _own(result: LoopReport, pick: Callable[..., Case]) -> dict[tuple[bool, float], Case]:
+    """The cases of the scenario's own latency and placement and of none, by k_ff and latency."""
+    placement = result.scenario.law.placement
     return {
-        (on, delay): comparison.row(
-            feedforward=on,
-            delay=delay,
-            placement=result.scenario.law.placement if delay else "measurement",
+        (on, delay): pick(
+            feedforward=on, delay=delay, placement=placement if delay else "measurement"
         )
         for on in (False, True)
-        for delay in (0.0, latency)
+        for delay in (0.0, result.scenario.vision.latency)
     }
 
 
@@ -128,13 +130,7 @@ def _size_in_image(run: Run, which: str, changes: bool) -> float:
 # Sines -----------------------------------------------------------------------------------------
 def _sine(result: LoopReport) -> list[str]:
     latency, comparison = result.scenario.vision.latency, result.comparison
-    waves = {
-        (on, late): comparison.wave(
-            feedforward=on, delay=late, placement=_placement(comparison, late)
-        )
-        for on in (False, True)
-        for late in (0.0, latency)
-    }
+    waves = _own(result, comparison.wave)
     if any(waves[on, 0.0].simulated is None for on in (False, True)):
         return []
     ideal = [_swing(waves[on, 0.0]) for on in (False, True)]
@@ -145,10 +141,10 @@ def _sine(result: LoopReport) -> list[str]:
             f"Without latency the error would be a sine, {ideal[0]} without the derivative term "
             f"and {ideal[1]} with it. {_late(result.scenario)} the camera does not settle."
         ]
-    late = [_swing(waves[on, latency]) for on in (False, True)]
+    own = [_swing(waves[on, latency]) for on in (False, True)]
     out = [
-        f"{_late(result.scenario)} the error is a sine: {late[0]} without the derivative term, "
-        f"{late[1]} with it. Without the latency it would be {ideal[0]} without the term and "
+        f"{_late(result.scenario)} the error is a sine: {own[0]} without the derivative term, "
+        f"{own[1]} with it. Without the latency it would be {ideal[0]} without the term and "
         f"{ideal[1]} with it."
     ]
     if hidden := _hidden(result):
@@ -168,11 +164,6 @@ def _swing(wave: Wave) -> str:
     # A lead of constant time is along the velocity, a quarter of a cycle before the sine itself.
     side = {-1: " behind", 0: "", 1: " ahead"}[round(value.imag / abs(value))]
     return f"±{_size(abs(value))}{side}"
-
-
-def _placement(comparison: Comparison, delay: float) -> str:
-    placement = comparison.scenario.law.placement
-    return "measurement" if placement == "actuator" and not delay else placement
 
 
 # Any motion ------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vsctrl.report.sentences import agreement, tracking
-from vsctrl.servo.results.outcome import notice, outcome
+from vsctrl.servo.results.outcome import notice
 from vsctrl.study import LoopReport
 
 
@@ -30,7 +30,7 @@ def verdict(result: LoopReport) -> Verdict:
         *([_headroom(result)] if stable else []),
         *_as_configured(result),
     ]
-    own = None if result.as_configured is None else outcome(result.as_configured)
+    own = result.outcome
     fine = (agrees or nothing) and (own is None or own.settled)
     failed = not stable or (own is not None and not own.status.ok)
     return Verdict("bad" if failed else "good" if fine else "warning", tuple(sentences))
@@ -38,14 +38,13 @@ def verdict(result: LoopReport) -> Verdict:
 
 def _as_configured(result: LoopReport) -> list[str]:
     """What the scenario has that theory leaves out, and how its own run ended."""
-    run = result.as_configured
-    if run is None:
+    if result.outcome is None:
         return []
     names = list(result.scenario.beyond_theory)
     listed = ", ".join(names[:-1]) + " and " + names[-1] if len(names) > 1 else names[0]
     return [
         f"All this is the loop of figure 1, and this scenario is more: theory leaves out {listed}. "
-        f"As configured: {notice(outcome(run))}"
+        f"As configured: {notice(result.outcome)}"
     ]
 
 

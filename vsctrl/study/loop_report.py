@@ -8,7 +8,7 @@ from typing import Any
 
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario, simulate
-from vsctrl.servo.results.outcome import outcome
+from vsctrl.servo.results.outcome import Outcome, outcome
 from vsctrl.study.stability import Stability, stability
 from vsctrl.study.tracking.comparison import Comparison, validate
 
@@ -28,14 +28,19 @@ class LoopReport:
     without_feedforward: Run
     as_configured: Run | None = None
 
+    @property
+    def outcome(self) -> Outcome | None:
+        """The summary of the run as configured, where there is one."""
+        return None if self.as_configured is None else outcome(self.as_configured)
+
     def data(self) -> dict[str, Any]:
         """All of its numbers as JSON takes them."""
-        scenario, run = self.scenario, self.as_configured
+        scenario, own = self.scenario, self.outcome
         return {
             "scenario": {"digest": scenario.digest, **scenario.model_dump(mode="json")},
             **self.stability.data(),
             **self.comparison.data(),
-            "as_configured": None if run is None else outcome(run).data(),
+            "as_configured": None if own is None else own.data(),
             "beyond_theory": scenario.beyond_theory,
         }
 

@@ -122,11 +122,11 @@ def characteristic(scenario: Scenario, mu: complex) -> NDArray[np.inexact[Any]]:
     Of `loop.fractional_delay` where the latency is no whole number of periods.
     """
     gain = scenario.law.lam
-    period, late = scenario.vision.period, scenario.vision.latency
-    samples = timing.whole_periods(late, period)
+    period, latency = scenario.vision.period, scenario.vision.latency
+    samples = timing.whole_periods(latency, period)
     if samples is None:
-        none, one = (fractional_delay.characteristic(late / period, share) for share in (0.0, 1.0))
-        return none + mu * gain * period * (one - none)
+        without, unit = (fractional_delay.characteristic(latency / period, g) for g in (0.0, 1.0))
+        return without + mu * gain * period * (unit - without)
     known = {d: samples, kappa: mu, lam: gain, T_s: period}
     coefficients = sampled_characteristic().subs(known).as_poly(z_plane).all_coeffs()
     polynomial = np.array([complex(c) for c in coefficients])

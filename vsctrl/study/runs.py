@@ -60,16 +60,15 @@ def settling(scenario: Scenario, what: str) -> tuple[int, float]:
     Errors: `InputError` where the loop is not stable as sampled, so that nothing settles.
     """
     possible(scenario)
-    late = timing.first_frame(scenario.vision.latency, scenario.vision.period)
+    frames_late = timing.first_frame(scenario.vision.latency, scenario.vision.period)
     limit = gain_limit(scenario)
     if not scenario.law.lam < limit:
         raise InputError(
             f"law.lam: {scenario.law.lam:g} s⁻¹ is not below the limit of {limit:.4g} s⁻¹ at "
             f"{1e3 * scenario.vision.period:g} ms sampling, so there is no steady {what}; lower it."
         )
-    return ended(
-        max(abs(dominant(characteristic(scenario, mu))) for mu in eigenvalues(scenario)), late
-    )
+    roots = [dominant(characteristic(scenario, mu)) for mu in eigenvalues(scenario)]
+    return ended(max(map(abs, roots)), frames_late)
 
 
 def ended(modulus: float, frames_late: int) -> tuple[int, float]:

@@ -153,13 +153,13 @@ def _steady(
 ) -> tuple[SteadyError, SteadyError]:
     """The steady errors of a sideways slide at the scenario's speed."""
     speed, period, depth = scenario.speed, scenario.vision.period, modes.nearest_depth(scenario)
-    frames, left = runs.ended(modulus, timing.first_frame(scenario.vision.latency, period))
+    frames, remaining = runs.ended(modulus, timing.first_frame(scenario.vision.latency, period))
     most = runs.MOST_FRAMES * period
-    late = min(EXPONENT / rate, most) + sum(remedy.values.get(n, 0.0) for n in ("tau", "tau_hat"))
-    left = max(left, math.exp(-rate * late))
+    t_end = min(EXPONENT / rate, most) + sum(remedy.values.get(n, 0.0) for n in ("tau", "tau_hat"))
+    remaining = max(remaining, math.exp(-rate * t_end))
     start = speed * (1 / (remedy.values["ell"] * scenario.law.lam) + scenario.vision.latency)
-    allowed = 100 * left * start + ROUNDING * max(depth, speed * late)
-    exact = _exact(remedy, speed, late)
+    allowed = 100 * remaining * start + ROUNDING * max(depth, speed * t_end)
+    exact = _exact(remedy, speed, t_end)
     simulated, failure = _simulated(scenario, remedy, frames)
     first, second = (
         SteadyError(
@@ -236,15 +236,12 @@ def _search(scenario: Scenario, remedy: Remedy) -> float | None:
     memory = timing.first_frame(longest, period) + 1
     fields = {name: value for name, value in remedy.fields.items() if name != "k_ff"}
     frames = FRAMES * (LONGER if any(mu.imag for mu in modes.eigenvalues(scenario)) else 1)
-    offsets = stability_limit.offsets_of(scenario, lambda mu: remedy.limits.sampled(mu).limit)
+    options = {**fields, "memory": memory, "frames": frames}
 
-    def rate(gain: float) -> float:
-        return max(
-            stability_limit.growth(scenario, gain, along, memory, frames=frames, **fields)
-            for along in offsets
-        )
+    def expected(mu: complex) -> float:
+        return remedy.limits.sampled(mu).limit
 
-    return stability_limit.search(rate, stability_limit.FIRST / period, width=SEARCHED)
+    return stability_limit.simulated_limit(scenario, expected, SEARCHED, **options)
 
 
 # Words ------------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """The remedies for dead time: what each changes in the law, in the loop and in the simulator.
 
 A remedy is one diagram of `loop` with numbers, and the fields of a scenario that make six degrees
-of freedom do the same. What comes out of either is left to `compensation`.
+of freedom do the same. What comes out of either is left to `comparison`.
 """
 
 from __future__ import annotations

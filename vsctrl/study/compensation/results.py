@@ -1,6 +1,6 @@
 """What a comparison of remedies for dead time holds: a row each, three tables, notes and JSON.
 
-The numbers are made in `compensation`.
+The numbers are made in `comparison`.
 """
 
 from __future__ import annotations

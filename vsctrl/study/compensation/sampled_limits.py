@@ -82,13 +82,13 @@ class GainPencil:
 
 def plain(latency: float, period: float, kappa: complex = 1.0) -> GainPencil:
     """Figure 1: z^{d+1} − z^d + κλTₛ for a latency (s) of d frames of `period` (s)."""
-    n, delay = _late(latency / period)
+    n, delay = _delay(latency / period)
     return GainPencil(np.polymul(_power(n), [1.0, -1.0]), kappa * period * delay)
 
 
 def integral(latency: float, period: float, T_i: float, kappa: complex = 1.0) -> GainPencil:
     """With the gain λ(1 + 1/(Tᵢs)), whose integral is the sum up to the frame of now; Tᵢ in s."""
-    n, delay = _late(latency / period)
+    n, delay = _delay(latency / period)
     law = np.array([1.0 + period / T_i, -1.0])  # (z − 1) + (Tₛ/Tᵢ) z
     return GainPencil(
         np.polymul(_power(n), [1.0, -2.0, 1.0]), kappa * period * np.polymul(delay, law)
@@ -101,7 +101,7 @@ def predicted(latency: float, period: float, tau_hat: float, kappa: complex = 1.
     1 + λTₛ [κ z^{−d}/(z − 1) + Σ_{j ≤ d̂} z^{−j}] = 0; of τ̂ between two frames the last twist of
     the sum has the share that is left.
     """
-    n, delay = _late(latency / period)
+    n, delay = _delay(latency / period)
     shares = _shares(tau_hat / period)
     most = max(n, len(shares))
     model = np.polymul(np.concatenate([[0.0], shares]), _power(most - len(shares)))
@@ -115,7 +115,7 @@ def _power(n: int) -> Polynomial:
     return np.concatenate([[1.0], np.zeros(n)])
 
 
-def _late(periods: float) -> tuple[int, Polynomial]:
+def _delay(periods: float) -> tuple[int, Polynomial]:
     """n and 1 + f (z − 1) of the delay z⁻ⁿ (1 + f (z − 1)), f = n − d the part of a frame left."""
     d, share = timing.split(periods)
     return (d + 1, np.array([1.0 - share, share])) if share else (d, np.ones(1))

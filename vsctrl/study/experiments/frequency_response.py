@@ -89,11 +89,11 @@ def sine_response(scenario: Scenario, omega: ArrayLike | None = None) -> SineRes
 
 
 def _row(scenario: Scenario, feedforward: bool, w: float) -> SineRow:
-    frames, left = settling(scenario, "error")
+    frames, remaining = settling(scenario, "error")
     exact = _theory(scenario, feedforward, held=True)(w)
     amplitude, cycle = AMPLITUDE * nearest_depth(scenario), 2 * math.pi / w
     tail = max(SEEN, timing.first_frame(cycle / 2, scenario.vision.period))
-    found = run(
+    result = run(
         scenario,
         frames + tail,
         kind="oscillation",
@@ -105,16 +105,16 @@ def _row(scenario: Scenario, feedforward: bool, w: float) -> SineRow:
         k_ff=_gain(scenario, feedforward),
     )
     simulated = None
-    if found.status.ok:
-        simulated = sine_fit(found.t[frames:], found.lag[frames:, 0] / amplitude, w)
+    if result.status.ok:
+        simulated = sine_fit(result.t[frames:], result.lag[frames:, 0] / amplitude, w)
     return SineRow(
         case=f"ω = {w:.4g} rad/s, {'with' if feedforward else 'without'} feed-forward",
         predicted=_theory(scenario, feedforward, held=False)(w),
         exact=exact,
         simulated=simulated,
-        allowed=(ROUNDING + 10 * left) * (1 + abs(exact)),
+        allowed=(ROUNDING + 10 * remaining) * (1 + abs(exact)),
         reason=REASON,
-        note="" if found.status.ok else f"the run ended: {found.status.kind}",
+        note="" if result.status.ok else f"the run ended: {result.status.kind}",
         omega=w,
         feedforward=feedforward,
     )

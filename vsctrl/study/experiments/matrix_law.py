@@ -125,13 +125,13 @@ def _other_than_1(ratio: float | None, own: float, else_: float) -> float:
 
 def _row(scenario: Scenario, motion: str) -> LagRow:
     law, unit = scenario.law, scales(scenario)
-    frames, left = settling(scenario, "lag")
+    frames, remaining = settling(scenario, "lag")
     twist = np.array(MOTIONS[motion]) * unit * WAY / (frames * scenario.vision.period)
     M, focal = calibration(scenario), scenario.calibration.focal_ratio
     values = {"lam": law.lam, "k_ff": law.k_ff, "tau": scenario.vision.latency}
     expected = np.asarray(loop.steady_lag(loop.diagram(law.placement), M, twist, **values))
     start = size(twist, unit) * (1 / law.lam + scenario.vision.latency)
-    allowed = 10 * left * start + ROUNDING * float(unit[0])
+    allowed = 10 * remaining * start + ROUNDING * float(unit[0])
 
     lags = [_lag(scenario, twist / divisor, frames) for divisor in SHARES]
     known = [lag for lag in lags if lag is not None]

@@ -73,13 +73,12 @@ def _row(scenario: Scenario) -> Measured:
     d, ratio = scenario.latency_frames, scenario.law.depth_ratio
     exact = gain_limit(scenario)
     tau, period = scenario.vision.latency, scenario.vision.period
-    offsets = offsets_of(scenario, lambda mu: float(loop.gain_limit(tau, period=period, kappa=mu)))
     frames = FRAMES * (LONGER if any(mu.imag for mu in eigenvalues(scenario)) else 1)
 
-    def rate(gain: float) -> float:
-        return max(growth(scenario, gain, along, frames=frames) for along in offsets)
+    def expected(mu: complex) -> float:
+        return float(loop.gain_limit(tau, period=period, kappa=mu))
 
-    limit = search(rate, FIRST / period)
+    limit = simulated_limit(scenario, expected, WIDTH, frames=frames)
     return Measured(
         case=f"{d} frame{'' if d == 1 else 's'} late, depth ratio {ratio:g}",
         predicted=gain_limit(scenario, sampled=False),
@@ -89,6 +88,22 @@ def _row(scenario: Scenario) -> Measured:
         reason=REASON,
         note="" if limit is not None else "no change between growth and decay at any gain tried",
     )
+
+
+def simulated_limit(
+    scenario: Scenario, expected: Callable[[complex], float], width: float, **options: Any
+) -> float | None:
+    """The gain (s⁻¹) at which a small offset neither grows nor decays, to `width` of it.
+
+    `expected`: the limit by theory for an eigenvalue of M; `options`: of `growth`. None where there
+    is no such gain.
+    """
+    offsets = offsets_of(scenario, expected)
+
+    def rate(gain: float) -> float:
+        return max(growth(scenario, gain, along, **options) for along in offsets)
+
+    return search(rate, FIRST / scenario.vision.period, width=width)
 
 
 def offsets_of(scenario: Scenario, limit: Callable[[complex], float]) -> tuple[Array, ...]:

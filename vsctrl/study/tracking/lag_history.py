@@ -132,16 +132,15 @@ def predicted_lag(case: Case, t: Array) -> Array:
     twin, compared = held_twin(case), way
     if case.is_late_between_frames:
         # A reference that is late by a part of a frame is a matter of its motion, not of samples.
-        late = timing.delayed(
-            t, case.scenario.vision.period, case.delay / case.scenario.vision.period
-        )
-        frame = np.searchsorted(t, late, side="right") - 1
-        compared = way[frame] + log(inverse(pose[frame]) @ reference.pose(late))[:, :3]
-    found = np.zeros_like(way)
+        period = case.scenario.vision.period
+        delayed = timing.delayed(t, period, case.delay / period)
+        frame = np.searchsorted(t, delayed, side="right") - 1
+        compared = way[frame] + log(inverse(pose[frame]) @ reference.pose(delayed))[:, :3]
+    answer = np.zeros_like(way)
     for axis in np.flatnonzero(way.any(axis=0) | speed.any(axis=0)):
-        found[:, axis] = twin["S_ref", "S"].response(compared[:, axis]).y.ravel()
-        found[:, axis] += twin["S_rate", "S"].response(speed[:, axis]).y.ravel()
-    return found - way
+        answer[:, axis] = twin["S_ref", "S"].response(compared[:, axis]).y.ravel()
+        answer[:, axis] += twin["S_rate", "S"].response(speed[:, axis]).y.ravel()
+    return answer - way
 
 
 def held_twin(case: Case) -> SampledSystem:

@@ -118,8 +118,8 @@ def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
     """One case of a sine by all ways, and its simulation where the loop is stable as sampled."""
     system, amplitude, w = case.system, reference.amplitude, 2 * math.pi / reference.period
     period = case.scenario.vision.period
-    analytic = pade = exact = sampled = simulated = repaired = found = None
-    notes, contradicted, left = [], False, 0.0
+    analytic = pade = exact = sampled = simulated = repaired = run = None
+    notes, contradicted, remaining = [], False, 0.0
     if system.unstable_roots:
         notes.append("no steady error: the loop is unstable")
     else:
@@ -131,18 +131,18 @@ def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
     elif not w * period < math.pi:
         notes.append(f"frames of {1e3 * period:g} ms cannot tell so fast a sine")
     else:
-        frames, left = settling(case.own, "error")
+        frames, remaining = settling(case.own, "error")
         tail = min(max(FEWEST, timing.first_frame(reference.period, period)), MOST)
         sampled = amplitude * _held(case, w)
         repaired = amplitude * _repaired(case, w)
-        found = case.run(max(case.scenario.motion.duration, (frames + tail) * period))
-        if found.status.ok:
-            error = found.lag[-tail:, :3] @ reference.direction[:3]
-            simulated = sine_fit(found.t[-tail:], error, w)
+        run = case.run(max(case.scenario.motion.duration, (frames + tail) * period))
+        if run.status.ok:
+            error = run.lag[-tail:, :3] @ reference.direction[:3]
+            simulated = sine_fit(run.t[-tail:], error, w)
         else:
-            notes.append(f"the simulation ended: {found.status.kind}")
+            notes.append(f"the simulation ended: {run.status.kind}")
             contradicted = True
-    allowed, reason = _allowed(case.scenario, amplitude, sampled, left)
+    allowed, reason = _allowed(case.scenario, amplitude, sampled, remaining)
     unit: Any = omega
     done = Wave(
         **case.labels,
@@ -158,7 +158,7 @@ def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
         note="; ".join(notes),
         contradicted=contradicted,
     )
-    return done, found
+    return done, run
 
 
 def polar(value: complex | None) -> str:
@@ -172,12 +172,12 @@ def polar(value: complex | None) -> str:
 
 
 def _allowed(
-    scenario: Scenario, amplitude: float, sampled: complex | None, left: float
+    scenario: Scenario, amplitude: float, sampled: complex | None, remaining: float
 ) -> tuple[float, str]:
     size = abs(sampled or 0.0)
     if is_sideways(scenario):
         reason = "since a sideways motion is exact but for rounding and the transient's end"
-        return (ROUNDING + 10 * left) * (amplitude + size), reason
+        return (ROUNDING + 10 * remaining) * (amplitude + size), reason
     reason = (
         f"{RELATIVE:.0%} of the error or {1e6 * ABSOLUTE:g} µm, since figure 1 is the first order "
         "of a motion that turns or changes depth"
@@ -199,12 +199,12 @@ def _held(case: Case, w: float) -> complex:
     samples = timing.whole_periods(case.delay, period)
     if samples is None:
         twin, z = held_twin(case), cmath.exp(1j * w * period)
-        late = cmath.exp(-1j * w * case.delay) if case.is_late_between_frames else 1.0
+        delay = cmath.exp(-1j * w * case.delay) if case.is_late_between_frames else 1.0
         compared, rate = (complex(twin[name, "S"](z)) for name in ("S_ref", "S_rate"))
-        return late * compared + 1j * w * rate - 1
+        return delay * compared + 1j * w * rate - 1
     held = {T_s: period, d: samples}
-    found = loop.sampled_sine_error(case.placement).subs({**_numbers(case), **held})
-    return complex(found.subs(omega, w))
+    transfer = loop.sampled_sine_error(case.placement).subs({**_numbers(case), **held})
+    return complex(transfer.subs(omega, w))
 
 
 def _repaired(case: Case, w: float) -> complex:

@@ -123,7 +123,7 @@ def row(case: Case, course_of: Callable[[Case], ReferenceCourse]) -> tuple[Stead
     scenario, system, law = case.scenario, case.system, case.scenario.law
     speed, period = scenario.speed, scenario.vision.period
     course = course_of(case)
-    analytic = pade = exact = simulated = found = None
+    analytic = pade = exact = simulated = run = None
     notes, contradicted = [], False
     if system.unstable_roots:
         notes.append("no steady lag: the loop is unstable")
@@ -133,11 +133,11 @@ def row(case: Case, course_of: Callable[[Case], ReferenceCourse]) -> tuple[Stead
     if not case.is_stable_as_sampled:
         notes.append(f"unstable at {1e3 * period:g} ms sampling")
     else:
-        found = case.run(course.duration)
-        if found.status.ok:
-            simulated = float(found.lag_along_motion[timing.last_frame(course.at, period)])
+        run = case.run(course.duration)
+        if run.status.ok:
+            simulated = float(run.lag_along_motion[timing.last_frame(course.at, period)])
         else:
-            notes.append(f"the simulation ended: {found.status.kind}")
+            notes.append(f"the simulation ended: {run.status.kind}")
             contradicted = True
     if course.note:
         notes.append(course.note)
@@ -152,9 +152,9 @@ def row(case: Case, course_of: Callable[[Case], ReferenceCourse]) -> tuple[Stead
         note="; ".join(notes),
         contradicted=contradicted,
         terms=0.0 if is_sideways(scenario) else speed * (case.delay + 1 / (case.kappa * law.lam)),
-        lasted=0.0 if found is None else float(found.t[-1]),
+        lasted=0.0 if run is None else float(run.t[-1]),
     )
-    return done, found
+    return done, run
 
 
 def ramp(case: Case) -> ReferenceCourse:

@@ -26,11 +26,11 @@ def legs(reference: Oscillation, case: Case) -> ReferenceCourse:
     turns = [turn for turn in turns if turn < duration + period / 2]
     frames = timing.last_frame(duration, period)
     end = min(frames, timing.first_frame(turns[-1], period) - 1) if turns else frames
-    at = max(end, 0) * period
-    before = max((turn for turn in turns if turn <= at), default=0.0)
-    sign = float(np.sign(reference.twist(at) @ reference.direction))
-    note = _remaining(case, at - before)
-    return ReferenceCourse(triangle(reference, at), at, frames * period, sign, note)
+    read_at = max(end, 0) * period
+    before = max((turn for turn in turns if turn <= read_at), default=0.0)
+    sign = float(np.sign(reference.twist(read_at) @ reference.direction))
+    note = _remaining(case, read_at - before)
+    return ReferenceCourse(triangle(reference, read_at), read_at, frames * period, sign, note)
 
 
 def triangle(reference: Oscillation, until: float) -> Signal:
@@ -62,7 +62,8 @@ def _remaining(case: Case, seconds: float) -> str:
     speed = case.scenario.speed
     # A turn changes the speed by 2v, and with it the lag by about twice v (τ + 1/κλ).
     size = 2 * speed * (case.delay + 1 / (case.kappa * case.scenario.law.lam))
-    left = case.left_after(seconds)
-    if left * size <= SHARE * tolerance(case.steady_lag):
+    remaining = case.left_after(seconds)
+    if remaining * size <= SHARE * tolerance(case.steady_lag):
         return ""
-    return f"no steady lag: {seconds:.3g} s into the leg, {100 * left:.2g}% of its turn is left"
+    percent = 100 * remaining
+    return f"no steady lag: {seconds:.3g} s into the leg, {percent:.2g}% of its turn is left"
