@@ -33,7 +33,7 @@ TINY = 1e-300
 
 
 @dataclass(frozen=True)
-class Line:
+class Check:
     """One comparison: the largest difference found, and the one that rounding explains."""
 
     channel: str
@@ -52,7 +52,7 @@ class Line:
 class CrossCheck:
     """All comparisons of one system; `passed` if every one of them did."""
 
-    lines: tuple[Line, ...]
+    lines: tuple[Check, ...]
 
     @property
     def passed(self) -> bool:
@@ -91,21 +91,21 @@ class CrossCheck:
 
 def crosscheck(system: System) -> CrossCheck:
     """Hold all faces of every channel from an input to an output to each other."""
-    lines: list[Line] = []
+    lines: list[Check] = []
     for source in system.diagram.inputs:
         for target in system.diagram.outputs:
             lines += _channel(system, system[source, target])
     return CrossCheck(tuple(lines))
 
 
-def _channel(system: System, channel: Channel) -> list[Line]:
+def _channel(system: System, channel: Channel) -> list[Check]:
     name = f"{channel.source} → {channel.target}"
     points = _points(channel)
     exact = channel(points)
     scale = 1 + np.abs(exact)
     symbolic = np.array([complex(channel.expr.subs("s", point).evalf(30)) for point in points])
     lines = [
-        Line(
+        Check(
             name,
             "compiled against symbolic, 30 digits",
             _largest(exact - symbolic, scale),
@@ -115,9 +115,9 @@ def _channel(system: System, channel: Channel) -> list[Line]:
     try:
         realised = channel.realisation.transfer(points)[:, 0, 0] * channel.sign
     except ImproperError as error:  # any other refusal is the user's to see
-        return [*lines, Line(name, "state space", 0.0, 0.0, f"left out: {error}")]
+        return [*lines, Check(name, "state space", 0.0, 0.0, f"left out: {error}")]
     lines.append(
-        Line(name, "state space against compiled", _largest(realised - exact, scale), 1e-9)
+        Check(name, "state space against compiled", _largest(realised - exact, scale), 1e-9)
     )
     return [
         *lines,
@@ -128,7 +128,7 @@ def _channel(system: System, channel: Channel) -> list[Line]:
     ]
 
 
-def _time(channel: Channel, name: str) -> list[Line]:
+def _time(channel: Channel, name: str) -> list[Check]:
     """The Laplace transform of the computed step response against H(s)/s, right of all poles."""
     rightmost = max((root.real for root in channel.poles(1)), default=-1.0)
     right, unit = max(rightmost, 0.0), _unit(channel)
@@ -147,7 +147,7 @@ def _time(channel: Channel, name: str) -> list[Line]:
     # A channel that is zero has no size of its own.
     scale = np.abs(exact) + unit * np.abs(channel(sigma)) + TINY
     difference = _largest(transform - exact, scale)
-    return [Line(name, "step response against inverse transform", difference, 1e-9)]
+    return [Check(name, "step response against inverse transform", difference, 1e-9)]
 
 
 def _transform(trajectory: collocation.Trajectory, at: Complex) -> Complex:
@@ -164,7 +164,7 @@ def _transform(trajectory: collocation.Trajectory, at: Complex) -> Complex:
     return out
 
 
-def _pade(channel: Channel, name: str, points: Complex, exact: Complex) -> list[Line]:
+def _pade(channel: Channel, name: str, points: Complex, exact: Complex) -> list[Check]:
     """Padé models converge: order 8 is nearer than order 4, below the frequency both can follow."""
     late = sum(float(tau) for tau in channel.realisation.delays)
     if not late:
@@ -178,25 +178,25 @@ def _pade(channel: Channel, name: str, points: Complex, exact: Complex) -> list[
         for order in (4, 8)
     ]
     size = 1 + float(np.abs(reference).max())
-    return [Line(name, "Padé 8 against exact, ωτ < 3", errors[1], max(1e-9 * size, errors[0] / 10))]
+    return [Check(name, "Padé 8 against exact, ωτ < 3", errors[1], max(1e-9 * size, errors[0] / 10))]
 
 
-def _sampled(system: System, channel: Channel, name: str) -> list[Line]:
+def _sampled(system: System, channel: Channel, name: str) -> list[Check]:
     """The sampled twin nears the continuous channel with first order as its period shrinks."""
     faces = "sampled against continuous, T → 0"
     try:
         found = sampled_limit.approach(system, channel, _unit(channel))
     except (InputError, LimitError) as error:  # not every diagram has a twin, and check() asks all
-        return [Line(name, faces, 0.0, 0.0, f"left out: {error}")]
+        return [Check(name, faces, 0.0, 0.0, f"left out: {error}")]
     note = f"{found.hold!r} held, T = {found.period / 4:.2g} s"
     halved, left = sampled_limit.HALVED * found.half, sampled_limit.LEFT * found.quarter
     return [
-        Line(name, faces, found.quarter, max(1e-9, halved), note),
-        Line(name, "sampled, extrapolated to T = 0", found.extrapolated, max(1e-9, left)),
+        Check(name, faces, found.quarter, max(1e-9, halved), note),
+        Check(name, "sampled, extrapolated to T = 0", found.extrapolated, max(1e-9, left)),
     ]
 
 
-def _roots(channel: Channel, name: str) -> Line:
+def _roots(channel: Channel, name: str) -> Check:
     """Each pole against the symbolic denominator D: its distance from a zero of D.
 
     That is |D/D'|, or √|2D/D''| beside a double zero, where D' is rounding too.
@@ -212,7 +212,7 @@ def _roots(channel: Channel, name: str) -> Line:
         double = math.sqrt(2 * value / bend) if bend else math.inf
         steps.append(min(single, double) / (abs(pole) + 1 / unit) if value else 0.0)
     # √ε is what a double root can be known to.
-    return Line(
+    return Check(
         name,
         "poles against symbolic denominator",
         max(steps, default=0.0),

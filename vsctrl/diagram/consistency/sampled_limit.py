@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.diagram.numerics.graphs import reached
 from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
@@ -119,17 +120,7 @@ def _candidates(diagram: Wiring, source: str, target: str) -> list[str]:
     for part in diagram.parts:
         for name in part.inputs:
             after[name].add(part.output)
-
-    def reached(start: str) -> set[str]:
-        seen: set[str] = set()
-        todo = [start]
-        while todo:
-            new = after[todo.pop()] - seen
-            seen |= new
-            todo += new
-        return seen
-
-    reach = {name: reached(name) for name in after}
-    loops = [name for name in diagram.signals if name in reach[name]]
-    on_the_way = [n for n in loops if n in reach[source] and (n == target or target in reach[n])]
+    follow = {name: reached(after[name], after.__getitem__) for name in after}
+    loops = [name for name in diagram.signals if name in follow[name]]
+    on_the_way = [n for n in loops if n in follow[source] and (n == target or target in follow[n])]
     return [*on_the_way, *(n for n in loops if n not in on_the_way), source]

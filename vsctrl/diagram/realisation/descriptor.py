@@ -15,6 +15,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.diagram.numerics.graphs import closure
 from vsctrl.errors import ImproperError, InputError
 
 Array = NDArray[np.float64]
@@ -241,10 +242,8 @@ def _plus(a: list[Array], b: list[Array]) -> list[Array]:
 def singular_loop(pencil: Pencil, left_over: list[int], blocks: list[str]) -> InputError:
     """Name the blocks that feed through to a block that could not be solved for, and back."""
     n, q = pencil.states, pencil.algebraic
-    reach = (pencil.tie[:, n : n + q] != 0) | np.eye(q, dtype=bool)
-    for _ in range(q):
-        reach = reach @ reach
-    inside = [i for i in range(q) if any(reach[i, j] and reach[j, i] for j in left_over)]
+    feeds = closure(pencil.tie[:, n : n + q])
+    inside = np.flatnonzero((feeds & feeds.T)[:, left_over].any(1))
     return InputError(
         f"at: the algebraic loop through {', '.join(blocks[i] for i in inside)} is singular at "
         "these values (its return difference is zero); change a gain in it or put a lag into it."

@@ -139,10 +139,10 @@ def _count(system: DelaySystem, chains: DifferenceOperator, sigma: float) -> flo
     margin = chains.margin(sigma * unit)
     if not margin:
         return None if margin is None else math.inf
-    return _turns(system.scaled(unit), sigma * unit, margin)
+    return _winding_count(system.scaled(unit), sigma * unit, margin)
 
 
-def _turns(system: DelaySystem, sigma: float, margin: float) -> int | None:
+def _winding_count(system: DelaySystem, sigma: float, margin: float) -> int | None:
     """Roots right of sigma: N = n/2 − (arg g(σ + jω) from ω = 0 to ∞)/π, g = det M / det E.
 
     E = I − Δ D₂₂ and M the characteristic matrix: g = det(sI − A − B₂ E⁻¹ Δ C₂) tends to sⁿ. Where
@@ -153,11 +153,11 @@ def _turns(system: DelaySystem, sigma: float, margin: float) -> int | None:
     if n == 0:
         return 0
     with np.errstate(over="ignore", invalid="ignore"):
-        top = _settled(system, sigma, margin)
+        top = _frequency_bound(system, sigma, margin)
     if not top * sum(float(tau) for tau in system.delays) <= MOST_SAMPLES:
         return None
     omega = np.linspace(0.0, top, 33)
-    phase, reach = _phases(system, sigma, omega)
+    phase, reach = _phase(system, sigma, omega)
     while True:
         # Between two points no nearer root than that can hide, so the shorter way round is it.
         gap = np.diff(omega)
@@ -167,7 +167,7 @@ def _turns(system: DelaySystem, sigma: float, margin: float) -> int | None:
         if len(omega) + len(rough) > MOST_SAMPLES or gap[rough].min() < 1e-15 * top:
             return None
         middle = (omega[rough] + omega[rough + 1]) / 2
-        new, near = _phases(system, sigma, middle)
+        new, near = _phase(system, sigma, middle)
         omega = np.insert(omega, rough + 1, middle)
         phase, reach = np.insert(phase, rough + 1, new, 1), np.insert(reach, rough + 1, near)
     step = np.angle(np.exp(1j * np.diff(phase)))
@@ -179,7 +179,7 @@ def _turns(system: DelaySystem, sigma: float, margin: float) -> int | None:
     return count if abs(turned - count) < 0.01 and count >= 0 else None
 
 
-def _settled(system: DelaySystem, sigma: float, margin: float) -> float:
+def _frequency_bound(system: DelaySystem, sigma: float, margin: float) -> float:
     """A frequency beyond which |g/sⁿ − 1| < 1.
 
     g = det(sI − X), |X| ≤ |A| + |B₂| |E⁻¹Δ| |C₂| =: P in each entry, so no eigenvalue of X is
@@ -200,7 +200,7 @@ def _settled(system: DelaySystem, sigma: float, margin: float) -> float:
     return 1.01 * perron(P) / (2 ** (1 / n) - 1) + 1e-300
 
 
-def _phases(system: DelaySystem, sigma: float, omega: Array) -> tuple[Array, Array]:
+def _phase(system: DelaySystem, sigma: float, omega: Array) -> tuple[Array, Array]:
     """arg det M and arg det E at points σ + jω of a line, and how far along it neither turns by π.
 
     M(s + jδ) = M(s) (I + Y), the eigenvalues of Y at most δ times the Perron root y of
@@ -214,14 +214,14 @@ def _phases(system: DelaySystem, sigma: float, omega: Array) -> tuple[Array, Arr
     change = np.block([[np.eye(n), np.zeros((n, len(D)))], [system.C[p:], D]])
     rank = int(np.linalg.matrix_rank(D)) if D.any() else 0
     phase = np.zeros((2, len(omega)))
-    phase[0], reach = _turn(matrix, change, weight, n + rank)
+    phase[0], reach = _argument(matrix, change, weight, n + rank)
     if rank:
-        phase[1], near = _turn(matrix[:, n:, n:], D, weight[n:], rank)
+        phase[1], near = _argument(matrix[:, n:, n:], D, weight[n:], rank)
         reach = np.minimum(reach, near)
     return phase, reach
 
 
-def _turn(matrix: Complex, change: Array, weight: Array, rank: int) -> tuple[Array, Array]:
+def _argument(matrix: Complex, change: Array, weight: Array, rank: int) -> tuple[Array, Array]:
     """The argument of a determinant and the δ up to which I + δY turns it by less than π.
 
     Y has `rank` eigenvalues that are not zero; on a root δ is 0.

@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.diagram.numerics.graphs import on_cycles
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 
 Array = NDArray[np.float64]
@@ -51,10 +52,7 @@ class DifferenceOperator:
     def of(cls, system: DelaySystem) -> DifferenceOperator:
         """Those of a system; only delays on a cycle of D₂₂ make chains."""
         D = system.D[system.outputs :, system.inputs :]
-        reach = D != 0
-        for _ in range(len(D).bit_length()):
-            reach = reach | (reach @ reach)
-        core = np.flatnonzero(np.diag(reach))
+        core = np.flatnonzero(on_cycles(D))
         D, delays = D[np.ix_(core, core)], tuple(system.delays[j] for j in core)
         return cls(D, delays, _expanded(D, delays) if len(core) <= MOST_CHANNELS else None)
 

@@ -62,14 +62,14 @@ def poles(system: DelaySystem, n: int) -> Complex:
     hidden = 0
     while True:
         found = rightmost(system, n + hidden)
-        shown = _shown(system, found)
+        shown = _controllable_and_observable(system, found)
         missing = min(n, len(found)) - len(shown)
         if missing <= 0 or len(found) < n + hidden:
             return _first(shown, n)
         hidden += missing
 
 
-def _shown(system: DelaySystem, found: Complex) -> Complex:
+def _controllable_and_observable(system: DelaySystem, found: Complex) -> Complex:
     """The roots that are poles of the transfer function, as often as their order there."""
     unit = 1 / float(max(system.delays, default=1))
     out: list[complex] = []

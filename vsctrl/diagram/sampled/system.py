@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from vsctrl.checks import decimal, is_finite, quoted
 from vsctrl.diagram.description.blocks import Block
+from vsctrl.diagram.numerics.graphs import reached
 from vsctrl.diagram.sampled import cut as sampling
 from vsctrl.diagram.sampled import poles
 from vsctrl.diagram.sampled.channel import SampledChannel, SampledLoop
@@ -151,13 +152,13 @@ class SampledSystem:
     def _differentiators(self, targets: tuple[str, ...]) -> list[str]:
         """The improper blocks from which the signals follow."""
         drivers = self._cut.diagram.drivers
-        seen = [*self._cut.asked, *targets]
-        for name in seen:  # grows while it is read
-            seen += [s for s in (drivers[name].inputs if name in drivers else ()) if s not in seen]
+        upstream = reached(
+            (*self._cut.asked, *targets), lambda n: drivers[n].inputs if n in drivers else ()
+        )
         return [
             numbers.name
             for numbers, block in zip(self._cut.blocks, self._cut.diagram.blocks, strict=True)
-            if block.output in seen
+            if block.output in upstream
             and max((k for k, _ in numbers.num), default=0) > max(k for k, _ in numbers.den)
         ]
 

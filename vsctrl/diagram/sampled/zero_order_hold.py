@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from vsctrl.diagram.numerics.graphs import closure, reached
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.errors import InputError
 
@@ -94,11 +95,9 @@ def written_out(system: DelaySystem, hold: str) -> Table:
 
 def _check_cut(table: Table, n: int, hold: str) -> None:
     """Refuse a state that acts on itself through a delay: its twin in z would be infinite."""
-    edges = np.any([matrix[:n, :n] != 0 for matrix in table.values()], axis=0)
-    reach = edges | np.eye(n, dtype=bool)
-    for _ in range(max(n, 1).bit_length()):
-        reach = reach @ reach
-    loops = [th for th, matrix in table.items() if th and ((matrix[:n, :n] != 0) & reach.T).any()]
+    inner = {theta: matrix[:n, :n] != 0 for theta, matrix in table.items()}
+    back = closure(np.any(list(inner.values()), axis=0)).T
+    loops = [theta for theta, edges in inner.items() if theta and (edges & back).any()]
     if loops:
         raise _uncut(loops, hold)
 
@@ -173,16 +172,13 @@ class _Flow:
 
     def _upstream(self, state: int) -> list[tuple[int, Fraction]]:
         """All (state, delay) that the present state follows from, itself first."""
-        nodes = [(state, Fraction(0))]
-        seen = set(nodes)
-        for i, theta in nodes:  # grows while it is read
-            for late, matrix in self.table.items():
-                for k in np.flatnonzero(matrix[i, : self.n]):
-                    node = int(k), theta + late
-                    if node not in seen:
-                        seen.add(node)
-                        nodes.append(node)
-        return nodes
+
+        def sources(node: tuple[int, Fraction]) -> list[tuple[int, Fraction]]:
+            i, theta = node
+            rows = {theta + delay: matrix[i, : self.n] for delay, matrix in self.table.items()}
+            return [(int(k), total) for total, row in rows.items() for k in np.flatnonzero(row)]
+
+        return reached([(state, Fraction(0))], sources)
 
     def _equations(self, nodes: list[tuple[int, Fraction]]) -> tuple[Array, Array, list[Fraction]]:
         """Z' = A Z + Σ_θ B_θ u(t−θ) for the nodes, B side by side in the order of the θ."""

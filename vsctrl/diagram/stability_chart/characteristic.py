@@ -18,10 +18,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from vsctrl.diagram.description.wiring import resolve
+from vsctrl.diagram.numerics.graphs import components
 from vsctrl.symbols import s
 
 if TYPE_CHECKING:
@@ -102,7 +101,7 @@ class Determinant:
     @cached_property
     def _loops(self) -> list[tuple[list[int], int]]:
         """The blocks of each loop (a block in none is one by itself), equal loops once."""
-        _, label = connected_components(csr_array(self._wiring != 0), connection="strong")
+        label = components(self._wiring)
         turn = np.arange(1.0, 8.0)
         at = self.unit * (0.2 + 0.31 * turn) * np.exp(1.1j * turn)
         places = np.outer([0.618, 0.382], turn) % 1.0

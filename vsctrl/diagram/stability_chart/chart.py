@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vsctrl.checks import is_finite
 from vsctrl.diagram.stability_chart import raster
-from vsctrl.diagram.stability_chart.d_partition import Search
+from vsctrl.diagram.stability_chart.d_partition import DPartition
 from vsctrl.errors import InputError, nearest
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def stability_chart(
     names, box = _ranges(system, ranges)
     columns, rows = _grid(grid)
     x, y = np.linspace(*box[0], columns), np.linspace(*box[1], rows)
-    search = Search(system, names, box, x, y)
+    search = DPartition(system, names, box, x, y)
     boundaries = tuple(Boundary(*found) for found in search.run())
     missed = search.missed
     change = "the count changes nowhere"

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vsctrl.diagram.roots import argument_principle
 from vsctrl.diagram.roots.rightmost import rightmost
 from vsctrl.diagram.stability_chart.characteristic import Determinant
-from vsctrl.diagram.stability_chart.continuation import Curve, split_where, trace
+from vsctrl.diagram.stability_chart.continuation import RootOnAxis, split_where, trace
 from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ HALVINGS = 7  #: parts of a grid edge, as powers of 2, that are searched for cro
 NEAR = 1e-3  #: of the rectangle's side: closer to a corner, its count may be either
 
 
-class Search:
+class DPartition:
     """The counts on the grid, and the boundaries found so far."""
 
     def __init__(
@@ -92,7 +92,7 @@ class Search:
 
     def _crossings(
         self, a: Array, b: Array, counts: tuple[float, float], axis: int
-    ) -> list[tuple[Curve, Array]]:
+    ) -> list[tuple[RootOnAxis, Array]]:
         """Points on the part of an edge from a to b with a root on the axis, by Newton."""
         middle = (a + b) / 2
         near = rightmost(self._at(*middle).autonomous, int(max(counts)) + 4) / self.F.unit
@@ -100,7 +100,7 @@ class Search:
         length = float(np.abs(b - a).max())
         out = []
         for root in near[np.argsort(np.abs(near.real))][:8]:
-            curve = Curve(self.F, pair=bool(abs(root.imag) > 1e-6))
+            curve = RootOnAxis(self.F, pair=bool(abs(root.imag) > 1e-6))
             start = np.array([*middle, abs(root.imag) if curve.pair else 0.0])
             found = curve.corrected(start, np.eye(3)[1 - axis], max(abs(float(start[2])), 0.05))
             if found is None or np.abs(found[0][:2] - middle).max() > 0.6 * length + 1e-9:
@@ -109,7 +109,7 @@ class Search:
                 out.append((curve, np.append(np.clip(found[0][:2], 0, 1), found[0][2])))
         return out
 
-    def _trace(self, curve: Curve, start: Array) -> bool:
+    def _trace(self, curve: RootOnAxis, start: Array) -> bool:
         """Add the boundary through a point, unless it is known; whether there is one."""
         if any(_on(points, start) for points, _, _ in self.found):
             return True
@@ -118,7 +118,7 @@ class Search:
             return False
         pieces = [path.points]
         if not curve.pair and not path.closed:
-            pieces = split_where(path.points, self._slope_at_zero, Curve(self.F, pair=True))
+            pieces = split_where(path.points, self._slope_at_zero, RootOnAxis(self.F, pair=True))
         for points in pieces:
             u, v, w = points[len(points) // 2]
             times = self.F.times(1j * w * self.F.unit, u, v)

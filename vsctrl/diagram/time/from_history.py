@@ -29,7 +29,7 @@ from vsctrl.diagram.description.blocks import Block, Sum
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.signals.signal import Signal
-from vsctrl.diagram.time.initial_data import Keeper, Pasts, at_zero, checked
+from vsctrl.diagram.time.initial_data import DynamicBlock, InitialData, at_zero, checked
 from vsctrl.diagram.time.response import from_rest
 from vsctrl.errors import ImproperError, InputError
 from vsctrl.symbols import s
@@ -49,8 +49,8 @@ def respond(
     Errors: `InputError` where the past is not usable, `LimitError` as the response from rest.
     """
     diagram = loop.diagram
-    past = Pasts(diagram, loop.blocks, checked(given, diagram), target)
-    pushes = [push for block in past.keepers.values() for push in _pushes(diagram, past, block)]
+    past = InitialData(diagram, loop.blocks, checked(given, diagram), target)
+    pushes = [push for block in past.dynamic_blocks.values() for push in _pushes(diagram, past, block)]
     y = past.carried_on(target, t, side)
     y = y + from_rest(loop, source, target, signal - past.kept(source), t, side)
     for name in diagram.inputs:
@@ -69,7 +69,7 @@ def respond(
     return y, float(before[0, 0])
 
 
-def _pushes(diagram: Model, past: Pasts, block: Keeper) -> list[tuple[Signal, str, Model]]:
+def _pushes(diagram: Model, past: InitialData, block: DynamicBlock) -> list[tuple[Signal, str, Model]]:
     """(signal, its name, the diagram with it) that a block differs by from its past kept."""
     output = block.block.output
     found: list[tuple[Signal, str, Model]] = []
@@ -91,21 +91,21 @@ def _pushes(diagram: Model, past: Pasts, block: Keeper) -> list[tuple[Signal, st
     return found
 
 
-def _needed(past: Pasts, block: Keeper) -> float:
+def _needed(past: InitialData, block: DynamicBlock) -> float:
     """The constant a block would have to be fed to keep the value that it had at 0."""
-    fed, echo = past.constant(block.input), past.echo(block.input)
+    fed, delayed_terms = past.constant(block.input), past.delayed_terms(block.input)
     num, den = (at_zero(side) for side in (block.numbers.num, block.numbers.den))
     if callable(block.past):
         return den * past.now(block.block.output) / num
     unknown = block.passes_no_constant and den != 0
     need = fed if unknown else den * block.past / num if num else 0.0
-    if echo and unknown:
+    if delayed_terms and unknown:
         raise InputError(
             f"response: block {block.name!r} is zero at s = 0, so that its own past does not tell "
             f"its state, and the history of {block.input!r} is a function; split it into a gain "
             "and a block b/den(s) whose output you can name."
         )
-    if block.improper and (echo or abs(fed - need) > 1e-12 * max(abs(fed), abs(need))):
+    if block.improper and (delayed_terms or abs(fed - need) > 1e-12 * max(abs(fed), abs(need))):
         raise InputError(
             f"response: block {block.name!r} differentiates and has dynamics, and what it was fed "
             "by this history is not what it was in steady state with; split it into a "

@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 
 from vsctrl.checks import is_finite
 from vsctrl.diagram.description.blocks import Block
-from vsctrl.diagram.description.wiring import resolve as expand
+from vsctrl.diagram.description.wiring import resolve
+from vsctrl.diagram.numerics.graphs import on_cycles, reached
 from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.signals.signal import Signal, beside
 from vsctrl.diagram.symbolic.coefficients import BlockCoefficients
-from vsctrl.diagram.time.initial_function import Curve, Recall, resolve
+from vsctrl.diagram.time.initial_function import DelayedInitialFunction, InitialFunction, approximate
 from vsctrl.errors import InputError, nearest
 
 if TYPE_CHECKING:
@@ -30,14 +31,14 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Past = float | Callable[[Array], Any]
-Echo = dict[tuple[str, int, Fraction], float]  #: (leaf, derivative, delay) → factor
+DelayedTerms = dict[tuple[str, int, Fraction], float]  #: (leaf, derivative, delay) → factor
 
 HERE = (0, Fraction(0))  #: the key of a plain number among the coefficients of a block
 GLIMPSE = Fraction(1, 1000)  #: seconds that tell a slope where nothing else says how far to look
 
 
 @dataclass(frozen=True)
-class Keeper:
+class DynamicBlock:
     """A block that has a past of its own, in numbers."""
 
     block: Block
@@ -99,7 +100,7 @@ class Keeper:
             )
 
 
-class Pasts:
+class InitialData:
     """The past of every signal, and how it is carried on."""
 
     def __init__(
@@ -110,57 +111,50 @@ class Pasts:
         target: str,
     ) -> None:
         self.diagram, self.given, self.target = diagram, given, target
-        self.keepers: dict[str, Keeper] = {}
-        self.followers: dict[str, tuple[Block, Echo]] = {}
+        self.dynamic_blocks: dict[str, DynamicBlock] = {}
+        self.static_blocks: dict[str, tuple[Block, DelayedTerms]] = {}
         for block, numbers in zip(diagram.blocks, blocks, strict=True):
             if set(numbers.den) == {HERE}:
                 b = numbers.den[HERE]
                 factors = {(block.input, *key): c / b for key, c in numbers.num.items()}
-                self.followers[block.output] = (block, factors)
+                self.static_blocks[block.output] = (block, factors)
             else:
                 past = given.get(block.output, 0.0)
-                self.keepers[block.output] = Keeper(block, numbers, past)
+                self.dynamic_blocks[block.output] = DynamicBlock(block, numbers, past)
         for name in given:
             self._check_name(name)
-        for keeper in self.keepers.values():
-            keeper.check()
-        self._echoes: dict[str, Echo] = {}
+        for block in self.dynamic_blocks.values():
+            block.check()
+        self._known_terms: dict[str, DelayedTerms] = {}
 
     def _check_name(self, name: str) -> None:
-        if name in self.diagram.inputs or name in self.keepers:
+        if name in self.diagram.inputs or name in self.dynamic_blocks:
             return
         part = self.diagram.drivers[name]
         what = f"block {part.name!r}" if isinstance(part, Block) else f"the sum {part}"
-        leaves = [leaf for leaf in (*self.diagram.inputs, *self.keepers) if self._feeds(leaf, name)]
+        leaves = [leaf for leaf in (*self.diagram.inputs, *self.dynamic_blocks) if self._feeds(leaf, name)]
         raise InputError(
             f"response: history of {name!r} is not yours to give: {what} has no dynamics and "
             f"follows from what it is fed; name {' or '.join(map(repr, leaves)) or 'none'} instead."
         )
 
     def _feeds(self, leaf: str, name: str) -> bool:
-        seen: set[str] = set()
-        todo = [name]
-        while todo:
-            at = todo.pop()
-            if at == leaf:
-                return True
-            if at not in seen and at not in self.keepers and at not in self.diagram.inputs:
-                todo += self.diagram.drivers[at].inputs
-            seen.add(at)
-        return False
+        """Whether a signal follows from a leaf, an input or a dynamic block, without another."""
+        own = {*self.diagram.inputs, *self.dynamic_blocks}
+        return leaf in reached([name], lambda n: () if n in own else self.diagram.drivers[n].inputs)
 
     # Constants -----------------------------------------------------------------------------
     @cached_property
     def constants(self) -> dict[str, float]:
         """What every input and block's output was that has a constant past, or follows from one."""
-        out = dict.fromkeys((*self.diagram.inputs, *self.keepers), 0.0)
+        out = dict.fromkeys((*self.diagram.inputs, *self.dynamic_blocks), 0.0)
         out |= {name: value for name, value in self.given.items() if not callable(value)}
-        names = list(self.followers)
+        names = list(self.static_blocks)
         gains, fed = np.zeros((len(names), len(names))), np.zeros(len(names))
-        for i, (block, factors) in enumerate(self.followers.values()):
+        for i, (block, factors) in enumerate(self.static_blocks.values()):
             gain = at_zero({key[1:]: c for key, c in factors.items()})
-            for leaf, sign in expand(self.diagram, block.input).items():
-                if leaf in self.followers:
+            for leaf, sign in resolve(self.diagram, block.input).items():
+                if leaf in self.static_blocks:
                     gains[i, names.index(leaf)] += sign * gain
                 else:
                     fed[i] += sign * gain * out[leaf]
@@ -168,22 +162,22 @@ class Pasts:
 
     def constant(self, name: str) -> float:
         """The part of a signal's past that is constant."""
-        return sum(k * self.constants[x] for x, k in expand(self.diagram, name).items())
+        return sum(k * self.constants[x] for x, k in resolve(self.diagram, name).items())
 
     # Functions -----------------------------------------------------------------------------
-    def echo(self, name: str, above: tuple[str, ...] = ()) -> Echo:
+    def delayed_terms(self, name: str, above: tuple[str, ...] = ()) -> DelayedTerms:
         """A signal's past as Σ c φ⁽ᵏ⁾(t − σ) over the pasts φ that are functions."""
-        total: Echo = {}
-        for leaf, sign in expand(self.diagram, name).items():
-            for key, c in self._echo_of(leaf, above).items():
+        total: DelayedTerms = {}
+        for leaf, sign in resolve(self.diagram, name).items():
+            for key, c in self._delayed_terms_of(leaf, above).items():
                 total[key] = total.get(key, 0.0) + sign * c
         return {key: c for key, c in total.items() if c}
 
-    def _echo_of(self, leaf: str, above: tuple[str, ...]) -> Echo:
-        if leaf not in self.followers:
+    def _delayed_terms_of(self, leaf: str, above: tuple[str, ...]) -> DelayedTerms:
+        if leaf not in self.static_blocks:
             return {(leaf, *HERE): 1.0} if callable(self.given.get(leaf)) else {}
-        if leaf in self._echoes:
-            return self._echoes[leaf]
+        if leaf in self._known_terms:
+            return self._known_terms[leaf]
         if leaf in above:
             if not any(self._feeds(x, leaf) for x, past in self.given.items() if callable(past)):
                 return {}
@@ -192,20 +186,20 @@ class Pasts:
                 f"response: the loop {loop} has no dynamics, so that its past does not follow from "
                 "functions of time that are fed to it; give numbers in history."
             )
-        block, factors = self.followers[leaf]
-        total: Echo = {}
-        for (source, k, sigma), c in self.echo(block.input, (*above, leaf)).items():
+        block, factors = self.static_blocks[leaf]
+        total: DelayedTerms = {}
+        for (source, k, sigma), c in self.delayed_terms(block.input, (*above, leaf)).items():
             for (_, j, tau), factor in factors.items():
                 key = (source, k + j, sigma + tau)
                 total[key] = total.get(key, 0.0) + c * factor
         if not above:
-            self._echoes[leaf] = total
+            self._known_terms[leaf] = total
         return total
 
     @cached_property
-    def curves(self) -> dict[str, Curve]:
+    def curves(self) -> dict[str, InitialFunction]:
         """The functions of time, as far back as they are asked for."""
-        asked = [key for name in self._wanted() for key in self.echo(name)]
+        asked = [key for name in self._wanted() for key in self.delayed_terms(name)]
         out = {}
         for name, past in self.given.items():
             if not callable(past):
@@ -214,19 +208,19 @@ class Pasts:
             slope = max([k for leaf, k, _ in asked if leaf == name], default=0)
             if slope and not back:
                 back = GLIMPSE
-            if name in self.keepers and self.keepers[name].order > 1:
-                back = max(back, self.keepers[name].time_constant)
+            if name in self.dynamic_blocks and self.dynamic_blocks[name].order > 1:
+                back = max(back, self.dynamic_blocks[name].time_constant)
 
             def sample(t: Array, name: str = name, past: Callable[[Array], Any] = past) -> Array:
                 return _sampled(name, past, t)
 
             now = float(sample(np.zeros(1))[0])
-            out[name] = resolve(sample, now, back, f"the history of {name!r}")
+            out[name] = approximate(sample, now, back, f"the history of {name!r}")
             _check_slope(name, slope, out[name])
         return out
 
     def _wanted(self) -> list[str]:
-        return [self.target, *(keeper.input for keeper in self.keepers.values())]
+        return [self.target, *(block.input for block in self.dynamic_blocks.values())]
 
     def now(self, leaf: str) -> float:
         """The value at 0 of what has a past of its own."""
@@ -240,9 +234,9 @@ class Pasts:
     def continuation(self, name: str) -> Signal:
         """A signal as its past alone carries it on."""
         total: Signal = Step(self.constant(name))
-        for (leaf, k, sigma), c in self.echo(name).items():
+        for (leaf, k, sigma), c in self.delayed_terms(name).items():
             if sigma:
-                total = total + Recall(self._slope(leaf, k), sigma, c)
+                total = total + DelayedInitialFunction(self._slope(leaf, k), sigma, c)
             elif not k:
                 total = total + c * self.kept(leaf)
         return total
@@ -251,12 +245,12 @@ class Pasts:
         """The same at times t ≥ 0 (s), (len(t), 1); the left limit at 0 is the past itself."""
         seen = beside(t, side, max(float(t.max()), 1e-12))
         total = np.full(t.shape, self.constant(name))
-        for (leaf, k, sigma), c in self.echo(name).items():
+        for (leaf, k, sigma), c in self.delayed_terms(name).items():
             late = float(sigma)
             total = total + c * self._slope(leaf, k)(t - late, seen - late)
         return total[:, None]
 
-    def _slope(self, leaf: str, order: int) -> Curve:
+    def _slope(self, leaf: str, order: int) -> InitialFunction:
         curve = self.curves[leaf]
         for _ in range(order):
             curve = curve.slope()
@@ -272,10 +266,7 @@ def at_zero(side: Mapping[tuple[int, Fraction], float]) -> float:
 
 def _fixed_point(gains: Array, fed: Array, names: list[str]) -> Array:
     """v = gains · v + fed; without loops by putting in, which rounds least."""
-    reach = gains != 0
-    for _ in names:
-        reach = (reach.astype(int) @ (gains != 0).astype(int)) > 0
-    if not reach.any():
+    if not on_cycles(gains).any():
         value = fed
         for _ in names:
             value = gains @ value + fed
@@ -338,7 +329,7 @@ def _sampled(name: str, past: Callable[[Array], Any], t: Array) -> Array:
     return values.astype(float)
 
 
-def _check_slope(name: str, order: int, curve: Curve) -> None:
+def _check_slope(name: str, order: int, curve: InitialFunction) -> None:
     """Refuse a past that would have to be differentiated where it is not smooth."""
     ends = [*curve.kinks, Fraction(0)]
     jump = max((abs(curve.jumps(end, 1)[0]) for end in ends), default=0.0)

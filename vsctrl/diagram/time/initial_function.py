@@ -1,8 +1,8 @@
 """What a signal was before t = 0: a function resolved into polynomials, and recalled by a delay.
 
-A past is sampled on as many Chebyshev pieces as it needs. Where even short pieces do not resolve it
+A past is sampled on as many Chebyshev pieces as it needs. Where even short pieces do not approximate it
 there is a kink or a jump, which is searched for by halving and becomes an end of two pieces. A
-delay σ brings the past back on [0, σ): `Recall` is that as a signal, which knows its kinks.
+delay σ brings the past back on [0, σ): `DelayedInitialFunction` is that as a signal, which knows its kinks.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ MOST_PIECES = 4096
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class InitialFunction:
     """A past: Chebyshev coefficients between ends (s, rising to 0), and the value from 0 on."""
 
     ends: tuple[Fraction, ...]
@@ -62,13 +62,13 @@ class Curve:
         """A bound of its size."""
         return max([abs(self.now), *(float(np.abs(c).sum()) for c in self.coefficients)])
 
-    def slope(self) -> Curve:
+    def slope(self) -> InitialFunction:
         """Its derivative, 0 from t = 0 on."""
         slopes = tuple(
             slope(c, float(b - a))
             for (a, b), c in zip(pairwise(self.ends), self.coefficients, strict=True)
         )
-        return Curve(self.ends, slopes, 0.0)
+        return InitialFunction(self.ends, slopes, 0.0)
 
     def derivatives(self, at: Fraction, side: str, orders: int) -> Array:
         """Those of order 0 … orders − 1 at a time ≤ 0 (s), "left" or "right" of it."""
@@ -116,14 +116,14 @@ class Curve:
         return 100 * TOLERANCE * self.scale * np.array(growth)
 
 
-def resolve(sample: Callable[[Array], Array], now: float, back: Fraction, what: str) -> Curve:
+def approximate(sample: Callable[[Array], Array], now: float, back: Fraction, what: str) -> InitialFunction:
     """The past on [−back, 0] (s) as a curve, its value at 0 being `now`.
 
     `sample` takes times (n,) and returns values (n,).
     Errors: `InputError` where it is too rough to be resolved.
     """
     if not back:
-        return Curve((Fraction(0),), (), now)
+        return InitialFunction((Fraction(0),), (), now)
     fit = _Fit(sample, abs(now))
     rough = fit.refine([(-back, Fraction(0))], SMOOTH_DEPTH)
     if rough:
@@ -138,7 +138,7 @@ def resolve(sample: Callable[[Array], Array], now: float, back: Fraction, what: 
         )
     cells = sorted(fit.pieces)
     ends = (*(a for a, _ in cells), Fraction(0))
-    return Curve(ends, tuple(fit.chopped(fit.pieces[cell]) for cell in cells), now)
+    return InitialFunction(ends, tuple(fit.chopped(fit.pieces[cell]) for cell in cells), now)
 
 
 class _Fit:
@@ -219,10 +219,10 @@ def _simplest(low: Fraction, high: Fraction) -> Fraction:
 
 
 @dataclass(frozen=True, eq=False)
-class Recall(Part):
+class DelayedInitialFunction(Part):
     """u(t) = amplitude · φ(t − delay): a past that comes back, and from t = delay on φ(0)."""
 
-    curve: Curve
+    curve: InitialFunction
     delay: Fraction
     amplitude: float = 1.0
 
@@ -243,7 +243,7 @@ class Recall(Part):
         late = float(self.delay)
         return self.amplitude * self.curve(t - late, seen - late)
 
-    def scaled(self, factor: Any) -> Recall:
+    def scaled(self, factor: Any) -> DelayedInitialFunction:
         """The signal times a number."""
         return replace(self, amplitude=factor * self.amplitude)
 
@@ -256,7 +256,7 @@ class Recall(Part):
 class _Stretch(Primitive):
     """A curve from one kink to the next, and zero after that; it is asked for on one side only."""
 
-    curve: Curve
+    curve: InitialFunction
     begin: Fraction
     stop: Fraction | None
     first: bool
