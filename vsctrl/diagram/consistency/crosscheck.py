@@ -178,7 +178,9 @@ def _pade(channel: Channel, name: str, points: Complex, exact: Complex) -> list[
         for order in (4, 8)
     ]
     size = 1 + float(np.abs(reference).max())
-    return [Check(name, "Padé 8 against exact, ωτ < 3", errors[1], max(1e-9 * size, errors[0] / 10))]
+    return [
+        Check(name, "Padé 8 against exact, ωτ < 3", errors[1], max(1e-9 * size, errors[0] / 10))
+    ]
 
 
 def _sampled(system: System, channel: Channel, name: str) -> list[Check]:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.diagram.numerics.graphs import reached
+from vsctrl.diagram.realisation.delay_system import common_divisor
 from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
@@ -60,22 +60,17 @@ def approach(system: System, channel: Channel, unit: float) -> Approach:
     Errors: `InputError` where no signal can be held, and for delays that share no period.
     """
     period = _period(channel, unit)
-    digital = {
-        block.name: "backward"
-        for block in channel.system.blocks
-        if max((k for k, _ in block.num), default=0) > max(k for k, _ in block.den)
-    }
+    digital = {block.name: "backward" for block in channel.system.blocks if block.improper}
     refused: InputError | None = None
     for hold in _candidates(channel.system.diagram, channel.source, channel.target):
         try:
             for shorter in SHORTER:
-                found = _errors(system, channel, unit, period / shorter, hold, digital)
-                if found.first_order:
+                errors = _errors(system, channel, unit, period / shorter, hold, digital)
+                if errors.first_order:
                     break
+            return errors
         except InputError as error:
             refused = refused or error
-            continue
-        return found
     raise refused or InputError("sampled: nothing in this channel can be held.")
 
 
@@ -99,13 +94,10 @@ def _errors(
 
 def _period(channel: Channel, unit: float) -> float:
     """A period of which every delay is a whole multiple, or its error would not be smooth in T."""
-    delays = {
-        tau for b in channel.system.blocks for side in (b.num, b.den) for _, tau in side if tau
-    }
+    delays = set().union(*(block.delays for block in channel.system.blocks)) - {0}
     if not delays:
         return unit / PERIODS
-    below = math.lcm(*(tau.denominator for tau in delays))
-    common = Fraction(math.gcd(*(int(tau * below) for tau in delays)), below)
+    common = common_divisor(delays)
     if common * MOST_PERIODS < unit:
         raise InputError(
             f"sampled: the delays have no common period above {float(common):g} s on which to "

@@ -100,7 +100,8 @@ class Wiring:
                 f"the diagram has {', '.join(self.signals)}."
             )
 
-    def _check_channel(self, source: str, target: str) -> None:
+    def check_channel(self, source: str, target: str) -> None:
+        """Raise a sentence if no channel leads from an input `source` to a signal `target`."""
         self.require(source)
         self.require(target)
         if source not in self.inputs:
@@ -124,6 +125,11 @@ class Wiring:
     def __str__(self) -> str:
         lines = [str(part) for part in self.parts]
         return "\n".join([f"inputs {', '.join(self.inputs)} → {', '.join(self.outputs)}", *lines])
+
+
+def is_channel(pair: object) -> bool:
+    """Whether this is a pair of names, as in ``system["input", "output"]``."""
+    return isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(n, str) for n in pair)
 
 
 def _names(side: str, names: Iterable[str]) -> tuple[str, ...]:

@@ -15,12 +15,10 @@ from vsctrl.diagram.frequency.peaks import highest_peak
 from vsctrl.diagram.frequency.piecewise import DEGREE, NOTHING, chebyshev_pieces, zero_frequencies
 from vsctrl.diagram.numerics.chebyshev import slope_matrix, squared
 from vsctrl.diagram.numerics.graphs import components
-from vsctrl.diagram.realisation.delay_system import DelaySystem
+from vsctrl.diagram.realisation.delay_system import DelaySystem, common_divisor
 
 Array = NDArray[np.float64]
-
 Complex = NDArray[np.complex128]
-
 
 MOST_TURNS = 100  #: of the longest delay, in which what passes the delays is looked at
 
@@ -60,23 +58,19 @@ class HighFrequencyGain:
         """How often the longest delay turns e^{−jωτ} in a period; 0 without delays."""
         if not self.delays:
             return 0
-        return min(int(max(self.delays) / self._divisor()), MOST_TURNS)
+        return min(int(max(self.delays) / common_divisor(self.delays)), MOST_TURNS)
 
     @property
     def period(self) -> float:
-        """The period, or how far the period reaches that stands for it (rad/s)."""
+        """After how far it repeats, or the length that is taken for that (rad/s)."""
         return 2 * math.pi * self.turns / float(max(self.delays))
 
     def __call__(self, omega: Array) -> Complex:
-        late = np.array([float(tau) for tau in self.delays])
-        lag = np.exp(-1j * np.asarray(omega)[..., None] * late)
-        inner = np.eye(len(late)) - lag[..., None] * self.D[1:, 1:]
+        tau = np.array([float(delay) for delay in self.delays])
+        lag = np.exp(-1j * np.asarray(omega)[..., None] * tau)
+        inner = np.eye(len(tau)) - lag[..., None] * self.D[1:, 1:]
         w = np.linalg.solve(inner, lag[..., None] * self.D[1:, :1])
         return np.asarray(self.D[0, 0] + (self.D[:1, 1:] @ w)[..., 0, 0], complex)
-
-    def _divisor(self) -> Fraction:
-        low = math.lcm(*(tau.denominator for tau in self.delays))
-        return Fraction(math.gcd(*(int(tau * low) for tau in self.delays)), low)
 
 
 class HighFrequencyTail(NamedTuple):

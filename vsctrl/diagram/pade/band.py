@@ -23,7 +23,7 @@ def checked_band(channel: Any, band: Any) -> Band:
     if band is None:
         system = channel.realisation
         if system.delays:
-            return 0.0, 2 * math.pi / float(max(system.delays))
+            return 0.0, 2 * math.pi / float(system.tau.max())
         fastest = float(np.abs(np.linalg.eigvals(system.A)).max(initial=0.0))
         return 0.0, 10 * fastest or 10.0
     pair = tuple(band) if isinstance(band, tuple | list | np.ndarray) else ()

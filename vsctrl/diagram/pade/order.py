@@ -13,18 +13,15 @@ from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vsctrl.diagram.frequency import margins as frequency
+from vsctrl.checks import is_whole
+from vsctrl.diagram.frequency.margins import Margins, margins
 from vsctrl.diagram.pade.approximant import matrices, pade_delay
-from vsctrl.diagram.pade.band import checked_band
+from vsctrl.diagram.pade.band import Band, checked_band
 from vsctrl.errors import InputError, LimitError, nearest
 
 if TYPE_CHECKING:
     from vsctrl.diagram.pade.model import Exact, ExactLoop, PadeModel
-
-Array = NDArray[np.float64]
-Band = tuple[float, float]
 
 MOST = 40  #: the highest order
 
@@ -44,13 +41,13 @@ def model(channel: Exact, order: object, tol: object, band: object) -> PadeModel
         return _of_order(channel, 1, limits)
     best, least = 0, math.inf
     for n in range(1, MOST + 1):
-        found = _of_order(channel, n, limits)
+        candidate = _of_order(channel, n, limits)
         # A few frequencies are enough to see that most orders fail.
-        error = found.roughly_worst()
+        error = candidate.roughly_worst()
         if error <= bound:
-            error = found.worst()[1]
+            error = candidate.worst()[1]
         if error <= bound:
-            return found
+            return candidate
         if error < least:
             best, least = n, error
     at, least = _of_order(channel, best, limits).worst()
@@ -82,10 +79,10 @@ def model_for(loop: ExactLoop, order: object, tol: object, band: object, on: obj
     exact = loop.margins()
     best, least, worst = 0, math.inf, ""
     for n in range(1, MOST + 1):
-        found = _of_order(loop, n, limits)
-        error, which = _disagreement(found, exact)
+        candidate = _of_order(loop, n, limits)
+        error, which = _disagreement(candidate, exact)
         if error <= bound:
-            return found
+            return candidate
         if error < least or not best:
             best, least, worst = n, error, which
     raise InputError(
@@ -94,23 +91,22 @@ def model_for(loop: ExactLoop, order: object, tol: object, band: object, on: obj
     )
 
 
-def model_margins(found: PadeModel) -> frequency.Margins:
+def model_margins(model: PadeModel) -> Margins:
     """The margins of a model of L, read as the exact ones are but from the rational function."""
-    system = found.exact.realisation
-    late = [float(tau) for tau in system.delays]
-    bends = [np.abs(np.linalg.eigvals(system.A)), 1 / np.array(late)]
-    bends += [np.abs(np.linalg.eigvals(pade_delay(tau, found.order)[0])) for tau in late]
-    closed = found.A - found.B @ found.C / (1 + found.D[0, 0])
+    system = model.exact.realisation
+    rates = [np.abs(np.linalg.eigvals(system.A)), 1 / system.tau]
+    rates += [np.abs(np.linalg.eigvals(pade_delay(tau, model.order)[0])) for tau in system.tau]
+    closed = model.A - model.B @ model.C / (1 + model.D[0, 0])
     unstable = int((np.linalg.eigvals(closed).real > -1e-12).sum())
-    return frequency.margins(found.values, np.concatenate(bends), 0.0, unstable)
+    return margins(model.values, np.concatenate(rates), 0.0, unstable)
 
 
-def _disagreement(found: PadeModel, exact: frequency.Margins) -> tuple[float, str]:
+def _disagreement(model: PadeModel, exact: Margins) -> tuple[float, str]:
     """The largest relative difference of the margins, and of which; infinite where L differs."""
-    if found.D[0, 0] == -1:
+    if model.D[0, 0] == -1:
         return math.inf, "algebraic loop"
     try:
-        own = model_margins(found)
+        own = model_margins(model)
     except LimitError:
         return math.inf, "response"
     if own.stable != exact.stable:
@@ -119,15 +115,15 @@ def _disagreement(found: PadeModel, exact: frequency.Margins) -> tuple[float, st
     return max((_relative(mine[name], theirs[name]), name) for name in theirs)
 
 
-def _compared(margins: frequency.Margins) -> dict[str, float]:
+def _compared(loop: Margins) -> dict[str, float]:
     """What a stable loop keeps; of an unstable one, of the two gain margins the nearer to 1."""
-    above, below = margins.gain, margins.gain_down
+    above, below = loop.gain, loop.gain_down
     nearer = above if above * below <= 1 else below
     gains = {"gain margin": above, "lower gain margin": below}
-    return (gains if margins.stable else {"gain margin": nearer}) | {
-        "phase margin": margins.phase,
-        "delay margin": margins.delay,
-        "peak sensitivity": margins.peak_sensitivity,
+    return (gains if loop.stable else {"gain margin": nearer}) | {
+        "phase margin": loop.phase,
+        "delay margin": loop.delay,
+        "peak sensitivity": loop.peak_sensitivity,
     }
 
 
@@ -143,15 +139,9 @@ def _of_order(channel: Exact, order: int, band: Band) -> PadeModel:
     from vsctrl.diagram.pade.model import PadeModel
 
     A, B, C, D = matrices(channel.realisation, order)
-    sign = channel.sign
-    return PadeModel(
-        (A, B, sign * C, sign * D),
-        channel,
-        order,
-        band,
-        inputs=[channel.source],
-        outputs=[channel.target],
-    )
+    signed = A, B, channel.sign * C, channel.sign * D
+    ends = {"inputs": [channel.source], "outputs": [channel.target]}
+    return PadeModel(signed, channel, order, band, **ends)
 
 
 def _check_one_is_given(order: object, tol: object) -> None:
@@ -163,10 +153,9 @@ def _check_one_is_given(order: object, tol: object) -> None:
 
 
 def _checked_order(order: object) -> int:
-    whole = isinstance(order, int | np.integer) and not isinstance(order, bool)
-    if not whole or not 1 <= int(order) <= MOST:  # type: ignore[call-overload]
+    if not is_whole(order) or not 1 <= order <= MOST:
         raise InputError(f"pade: order = {order!r} is not usable; give a whole number 1 to {MOST}.")
-    return int(order)  # type: ignore[call-overload]
+    return int(order)
 
 
 def _checked_tolerance(tol: object) -> float:

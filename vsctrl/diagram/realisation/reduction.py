@@ -33,8 +33,8 @@ def pruned(system: DelaySystem) -> DelaySystem:
 
 def _dependences(system: DelaySystem) -> Array:
     """At (i, j) how i depends on j: the states come first, then the delay channels."""
-    r, p = system.inputs, system.outputs
-    return np.block([[system.A, system.B[:, r:]], [system.C[p:], system.D[p:, r:]]])
+    B2, C2, D22 = system.inner
+    return np.block([[system.A, B2], [C2, D22]])
 
 
 def delays_in_loops(system: DelaySystem) -> DelaySystem:
@@ -42,10 +42,10 @@ def delays_in_loops(system: DelaySystem) -> DelaySystem:
 
     They make the characteristic matrix block triangular and leave its determinant alone.
     """
-    r, p = system.inputs, system.outputs
     w = np.flatnonzero(on_cycles(_dependences(system))[len(system.A) :])
-    B, C, D = system.B[:, r + w], system.C[p + w], system.D[np.ix_(p + w, r + w)]
-    return _merged(DelaySystem(system.A, B, C, D, tuple(system.delays[j] for j in w)))
+    B2, C2, D22 = system.inner
+    delays = tuple(system.delays[j] for j in w)
+    return _merged(DelaySystem(system.A, B2[:, w], C2[w], D22[np.ix_(w, w)], delays))
 
 
 def _merged(system: DelaySystem) -> DelaySystem:

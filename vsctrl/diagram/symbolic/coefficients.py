@@ -26,6 +26,21 @@ class BlockCoefficients:
     num: dict[tuple[int, Fraction], float]
     den: dict[tuple[int, Fraction], float]
 
+    @property
+    def delays(self) -> set[Fraction]:
+        """Its delays (s), 0 for what is not delayed."""
+        return {tau for side in (self.num, self.den) for _, tau in side}
+
+    @property
+    def order(self) -> int:
+        """The highest power of s in its denominator."""
+        return max(k for k, _ in self.den)
+
+    @property
+    def improper(self) -> bool:
+        """Whether its numerator has a higher power of s than its denominator."""
+        return max((k for k, _ in self.num), default=0) > self.order
+
 
 class Coefficients:
     """Every coefficient and delay of a diagram as one compiled function of its parameters."""

@@ -8,32 +8,26 @@ from typing import Any
 
 import sympy as sp
 
-from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.diagram.symbolic import evaluation, transfer_function
 from vsctrl.diagram.symbolic.coefficients import Coefficients
-from vsctrl.diagram.symbolic.transfer_function import GainForm
+from vsctrl.diagram.symbolic.transfer_function import Solved
 
 
-class Model(Wiring):
-    """A wiring with its loop equations."""
+class Model(Solved):
+    """A wiring with its loop equations, in symbols and compiled."""
 
     def transfer(self, source: str, target: str) -> sp.Expr:
         """The exact transfer function from one signal to another, delays kept as exp(−τ s).
 
         `source` is an input of the diagram; `target` any signal.
         """
-        self._check_channel(source, target)
+        self.check_channel(source, target)
         return transfer_function.expression(self, source, target)
 
     @cached_property
     def coefficients(self) -> Coefficients:
         """The compiled list of every block's coefficients and every delay."""
         return Coefficients.compile(self)
-
-    @cached_property
-    def gains(self) -> GainForm:
-        """Every channel in the symbols of the block gains (solved once, on first use)."""
-        return GainForm(self)
 
     @cached_property
     def evaluator(self) -> Callable[[str, str], Callable[..., Any]]:
