@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from html import escape
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,6 +48,12 @@ class Check:
         """Whether the difference is explained."""
         return self.difference <= self.allowed
 
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Its row in a table, the note left out."""
+        numbers = f"{self.difference:.1e}", f"{self.allowed:.0e}"
+        return (self.channel, self.faces, *numbers, "pass" if self.passed else "FAIL")
+
 
 @dataclass(frozen=True)
 class CrossCheck:
@@ -66,69 +73,56 @@ class CrossCheck:
     def __str__(self) -> str:
         head = f"{'channel':24}{'faces':44}{'difference':>11}{'allowed':>9}"
         rows = [
-            f"{line.channel:24}{line.faces:44}{line.difference:11.1e}{line.allowed:9.0e}  "
-            + ("pass" if line.passed else "FAIL")
+            f"{channel:24}{faces:44}{difference:>11}{allowed:>9}  {verdict}"
             + (f" ({line.note})" if line.note else "")
             for line in self.lines
+            for channel, faces, difference, allowed, verdict in [line.cells]
         ]
         return "\n".join([head, *rows])
 
     def _repr_html_(self) -> str:
         cells = [("channel", "faces", "difference", "allowed", "")]
-        cells += [
-            (
-                line.channel,
-                line.faces,
-                f"{line.difference:.1e}",
-                f"{line.allowed:.0e}",
-                ("pass" if line.passed else "FAIL") + (f", {line.note}" if line.note else ""),
-            )
-            for line in self.lines
-        ]
+        for line in self.lines:
+            *others, verdict = line.cells
+            cells.append((*others, f"{verdict}, {line.note}" if line.note else verdict))
         rows = ("".join(f"<td>{escape(cell)}</td>" for cell in row) for row in cells)
         return "<table>" + "".join(f"<tr>{row}</tr>" for row in rows) + "</table>"
 
 
 def crosscheck(system: System) -> CrossCheck:
     """Hold all faces of every channel from an input to an output to each other."""
-    lines: list[Check] = []
-    for source in system.diagram.inputs:
-        for target in system.diagram.outputs:
-            lines += _channel(system, system[source, target])
-    return CrossCheck(tuple(lines))
+    pairs = product(system.diagram.inputs, system.diagram.outputs)
+    return CrossCheck(tuple(check for pair in pairs for check in _channel(system, system[pair])))
 
 
 def _channel(system: System, channel: Channel) -> list[Check]:
     name = f"{channel.source} → {channel.target}"
-    points = _points(channel)
+    # Frequencies on and off the axis, two decades round the channel's own.
+    omega = np.geomspace(0.05, 5.0, 7) / _unit(channel)
+    points = np.concatenate([1j * omega, (0.3 + 1j) * omega[:4]])
     exact = channel(points)
     scale = 1 + np.abs(exact)
     symbolic = np.array([complex(channel.expr.subs("s", point).evalf(30)) for point in points])
-    lines = [
-        Check(
-            name,
-            "compiled against symbolic, 30 digits",
-            _largest(exact - symbolic, scale),
-            1e-12 * _turn(channel, points),
-        )
-    ]
+    faces, allowed = (
+        "compiled against symbolic, 30 digits",
+        1e-12 * _phase_rounding(channel, points),
+    )
+    compiled = Check(name, faces, _largest(exact - symbolic, scale), allowed)
     try:
         realised = channel.realisation.transfer(points)[:, 0, 0] * channel.sign
     except ImproperError as error:  # any other refusal is the user's to see
-        return [*lines, Check(name, "state space", 0.0, 0.0, f"left out: {error}")]
-    lines.append(
-        Check(name, "state space against compiled", _largest(realised - exact, scale), 1e-9)
-    )
+        return [compiled, Check(name, "state space", 0.0, 0.0, f"left out: {error}")]
     return [
-        *lines,
+        compiled,
+        Check(name, "state space against compiled", _largest(realised - exact, scale), 1e-9),
         _roots(channel, name),
-        *_time(channel, name),
-        *_pade(channel, name, points, exact),
+        _time(channel, name),
+        *_pade(channel, name, points),
         *_sampled(system, channel, name),
     ]
 
 
-def _time(channel: Channel, name: str) -> list[Check]:
+def _time(channel: Channel, name: str) -> Check:
     """The Laplace transform of the computed step response against H(s)/s, right of all poles."""
     rightmost = max((root.real for root in channel.poles(1)), default=-1.0)
     right, unit = max(rightmost, 0.0), _unit(channel)
@@ -141,36 +135,34 @@ def _time(channel: Channel, name: str) -> list[Check]:
     # With Re s = σ the tail beyond `end` weighs e^(−(σ − right) end) = 1e-14.
     end = 32 / (sigma - right)
     trajectory = collocation.solve(channel.realisation, Step(), end)
-    at = sigma + 1j * np.array([0.0, 1.0, 3.0]) / unit
-    transform = channel.sign * _transform(trajectory, at)
-    exact = channel(at) / at
+    points = sigma + 1j * np.array([0.0, 1.0, 3.0]) / unit
+    transform = channel.sign * _transform(trajectory, points)
+    exact = channel(points) / points
     # A channel that is zero has no size of its own.
     scale = np.abs(exact) + unit * np.abs(channel(sigma)) + TINY
     difference = _largest(transform - exact, scale)
-    return [Check(name, "step response against inverse transform", difference, 1e-9)]
+    return Check(name, "step response against inverse transform", difference, 1e-9)
 
 
-def _transform(trajectory: collocation.Trajectory, at: Complex) -> Complex:
+def _transform(trajectory: collocation.Trajectory, points: Complex) -> Complex:
     """∫ y(t) e^{−st} dt piece by piece, by Gauss quadrature on pieces no longer than 1/|s|."""
     nodes, weights = np.polynomial.legendre.leggauss(24)
-    out = np.zeros(len(at), complex)
+    out = np.zeros(len(points), complex)
     for a, b in zip(trajectory.ends[:-1], trajectory.ends[1:], strict=True):
-        parts = max(1, math.ceil((b - a) * float(np.abs(at).max()) / 4))
+        parts = max(1, math.ceil((b - a) * float(np.abs(points).max()) / 4))
         edges = np.linspace(a, b, parts + 1)
         t = (edges[:-1, None] + edges[1:, None]) / 2 + np.diff(edges)[:, None] / 2 * nodes
         w = np.diff(edges)[:, None] / 2 * weights
         y = trajectory(t.ravel())[:, 0]
-        out += np.exp(-np.outer(at, t.ravel())) @ (w.ravel() * y)
+        out += np.exp(-np.outer(points, t.ravel())) @ (w.ravel() * y)
     return out
 
 
-def _pade(channel: Channel, name: str, points: Complex, exact: Complex) -> list[Check]:
+def _pade(channel: Channel, name: str, points: Complex) -> list[Check]:
     """Padé models converge: order 8 is nearer than order 4, below the frequency both can follow."""
-    late = sum(float(tau) for tau in channel.realisation.delays)
-    if not late:
-        return []
-    low = points[np.abs(points) * late < 3]
-    if not len(low):
+    delay_s = sum(channel.realisation.tau.tolist())
+    low = points[np.abs(points) * delay_s < 3]
+    if not delay_s or not len(low):
         return []
     reference = channel(low)
     errors = [
@@ -187,14 +179,14 @@ def _sampled(system: System, channel: Channel, name: str) -> list[Check]:
     """The sampled twin nears the continuous channel with first order as its period shrinks."""
     faces = "sampled against continuous, T → 0"
     try:
-        found = sampled_limit.approach(system, channel, _unit(channel))
+        errors = sampled_limit.approach(system, channel, _unit(channel))
     except (InputError, LimitError) as error:  # not every diagram has a twin, and check() asks all
         return [Check(name, faces, 0.0, 0.0, f"left out: {error}")]
-    note = f"{found.hold!r} held, T = {found.period / 4:.2g} s"
-    halved, left = sampled_limit.HALVED * found.half, sampled_limit.LEFT * found.quarter
+    note = f"{errors.hold!r} held, T = {errors.period / 4:.2g} s"
+    halved, rest = sampled_limit.HALVED * errors.half, sampled_limit.LEFT * errors.quarter
     return [
-        Check(name, faces, found.quarter, max(1e-9, halved), note),
-        Check(name, "sampled, extrapolated to T = 0", found.extrapolated, max(1e-9, left)),
+        Check(name, faces, errors.quarter, max(1e-9, halved), note),
+        Check(name, "sampled, extrapolated to T = 0", errors.extrapolated, max(1e-9, rest)),
     ]
 
 
@@ -214,19 +206,8 @@ def _roots(channel: Channel, name: str) -> Check:
         double = math.sqrt(2 * value / bend) if bend else math.inf
         steps.append(min(single, double) / (abs(pole) + 1 / unit) if value else 0.0)
     # √ε is what a double root can be known to.
-    return Check(
-        name,
-        "poles against symbolic denominator",
-        max(steps, default=0.0),
-        1e-7,
-        "" if len(poles) else "no poles",
-    )
-
-
-def _points(channel: Channel) -> Complex:
-    """Frequencies on and off the axis, two decades round the channel's own."""
-    omega = np.geomspace(0.05, 5.0, 7) / _unit(channel)
-    return np.concatenate([1j * omega, (0.3 + 1j) * omega[:4]])
+    note = "" if len(poles) else "no poles"
+    return Check(name, "poles against symbolic denominator", max(steps, default=0.0), 1e-7, note)
 
 
 def _unit(channel: Channel) -> float:
@@ -236,17 +217,17 @@ def _unit(channel: Channel) -> float:
     except InputError:
         return 1.0
     rates = np.abs(np.linalg.eigvals(system.A)) if len(system.A) else np.zeros(0)
-    times = [float(tau) for tau in system.delays] + [1 / rate for rate in rates if rate > 1e-9]
+    times = [*system.tau.tolist(), *(1 / rate for rate in rates if rate > 1e-9)]
     return max(times, default=1.0)
 
 
-def _turn(channel: Channel, points: Complex) -> float:
+def _phase_rounding(channel: Channel, points: Complex) -> float:
     """How much the rounding of sτ adds: e^{−sτ} is known to |s| τ ε."""
     try:
-        late = sum(float(tau) for tau in channel.realisation.delays)
+        delay_s = sum(channel.realisation.tau.tolist())
     except InputError:
         return 1.0
-    return 1 + late * float(np.abs(points).max())
+    return 1 + delay_s * float(np.abs(points).max())
 
 
 def _largest(difference: Complex, scale: Array | float) -> float:

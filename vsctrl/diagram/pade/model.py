@@ -195,7 +195,8 @@ class PadeModel(control.StateSpace):
         delay_s = sum(self.exact.realisation.tau.tolist())
         turns = min(MOST_POINTS, 2 + int(5 * delay_s * (high - low)))
         decades = np.log10(high / low)
-        features = np.concatenate([self.poles(), self._finite_zeros()])
+        zeros = np.asarray(self.zeros(), complex) if self.nstates else np.zeros(0, complex)
+        features = np.concatenate([self.poles(), zeros[np.isfinite(zeros)]])
         # On the axis itself there is only rounding to compare.
         width = np.maximum(np.abs(features.real), BESIDE * np.abs(features))
         off_axis = features[np.abs(features.real) > BESIDE * np.abs(features)]
@@ -208,7 +209,3 @@ class PadeModel(control.StateSpace):
             ]
         )
         return np.unique(every[(every >= low) & (every <= high)])
-
-    def _finite_zeros(self) -> Complex:
-        zeros = np.asarray(self.zeros(), complex) if self.nstates else np.zeros(0, complex)
-        return zeros[np.isfinite(zeros)]

@@ -9,6 +9,8 @@ given, or it is the smallest that keeps to a tolerance: on the response, or on a
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from numbers import Real
 from typing import TYPE_CHECKING
 
@@ -35,21 +37,22 @@ def model(channel: Exact, order: object, tol: object, band: object) -> PadeModel
     _check_one_is_given(order, tol)
     limits = checked_band(channel, band)
     if tol is None:
-        return _of_order(channel, _checked_order(order), limits)
+        if not is_whole(order) or not 1 <= order <= MOST:
+            remedy = f"give a whole number 1 to {MOST}"
+            raise InputError(f"pade: order = {order!r} is not usable; {remedy}.")
+        return _of_order(channel, int(order), limits)
     bound = _checked_tolerance(tol)
     if not channel.realisation.delays:
         return _of_order(channel, 1, limits)
-    best, least = 0, math.inf
-    for n in range(1, MOST + 1):
-        candidate = _of_order(channel, n, limits)
+
+    def judge(candidate: PadeModel) -> tuple[float, str]:
         # A few frequencies are enough to see that most orders fail.
         error = candidate.roughly_worst()
-        if error <= bound:
-            error = candidate.worst()[1]
-        if error <= bound:
-            return candidate
-        if error < least:
-            best, least = n, error
+        return (candidate.worst()[1] if error <= bound else error), "response"
+
+    smallest, best, *_ = _smallest(channel, bound, limits, judge)
+    if smallest:
+        return smallest
     at, least = _of_order(channel, best, limits).worst()
     raise InputError(
         f"pade: tol = {bound:g} is reached by no order up to {MOST} from {limits[0]:g} to "
@@ -77,18 +80,31 @@ def model_for(loop: ExactLoop, order: object, tol: object, band: object, on: obj
     if not loop.realisation.delays:
         return _of_order(loop, 1, limits)
     exact = loop.margins()
-    best, least, worst = 0, math.inf, ""
-    for n in range(1, MOST + 1):
-        candidate = _of_order(loop, n, limits)
-        error, which = _disagreement(candidate, exact)
-        if error <= bound:
-            return candidate
-        if error < least or not best:
-            best, least, worst = n, error, which
+    smallest, best, least, worst = _smallest(loop, bound, limits, partial(_disagreement, exact))
+    if smallest:
+        return smallest
     raise InputError(
         f"pade: tol = {bound:g} is reached on the margins by no order up to {MOST}; the best is "
         f"order {best}, whose {worst} is off by {least:.2g} of the exact loop's. Allow more."
     )
+
+
+def _smallest(
+    channel: Exact, bound: float, band: Band, judge: Callable[[PadeModel], tuple[float, str]]
+) -> tuple[PadeModel | None, int, float, str]:
+    """The model of the smallest order whose error, as judged, keeps to a bound, if there is one.
+
+    After it the order of least error, that error, and of what it is.
+    """
+    best, least, worst = 0, math.inf, ""
+    for n in range(1, MOST + 1):
+        candidate = _of_order(channel, n, band)
+        error, which = judge(candidate)
+        if error <= bound:
+            return candidate, n, error, which
+        if error < least or not best:
+            best, least, worst = n, error, which
+    return None, best, least, worst
 
 
 def model_margins(model: PadeModel) -> Margins:
@@ -101,7 +117,7 @@ def model_margins(model: PadeModel) -> Margins:
     return margins(model.values, np.concatenate(rates), 0.0, unstable)
 
 
-def _disagreement(model: PadeModel, exact: Margins) -> tuple[float, str]:
+def _disagreement(exact: Margins, model: PadeModel) -> tuple[float, str]:
     """The largest relative difference of the margins, and of which; infinite where L differs."""
     if model.D[0, 0] == -1:
         return math.inf, "algebraic loop"
@@ -150,12 +166,6 @@ def _check_one_is_given(order: object, tol: object) -> None:
             f"pade: order = {order!r} and tol = {tol!r}; give one of the two, an order from "
             f"1 to {MOST} or a relative error as tol=1e-6."
         )
-
-
-def _checked_order(order: object) -> int:
-    if not is_whole(order) or not 1 <= order <= MOST:
-        raise InputError(f"pade: order = {order!r} is not usable; give a whole number 1 to {MOST}.")
-    return int(order)
 
 
 def _checked_tolerance(tol: object) -> float:

@@ -22,13 +22,12 @@ def pruned(system: DelaySystem) -> DelaySystem:
     keep = depends[:, driven].any(1) & depends[shown].any(0)
     x, w = np.flatnonzero(keep[:n]), np.flatnonzero(keep[n:])
     columns, rows = np.r_[0:r, r + w].astype(int), np.r_[0:p, p + w].astype(int)
-    return DelaySystem(
-        system.A[np.ix_(x, x)],
+    B, C, D = (
         system.B[np.ix_(x, columns)],
         system.C[np.ix_(rows, x)],
         system.D[np.ix_(rows, columns)],
-        tuple(system.delays[j] for j in w),
     )
+    return DelaySystem(system.A[np.ix_(x, x)], B, C, D, tuple(system.delays[j] for j in w))
 
 
 def _dependences(system: DelaySystem) -> Array:

@@ -1,8 +1,8 @@
 """The computer's half of a sampled loop: cut the diagram, discretise what runs in it, close it.
 
 A hold and each digital block turn a signal into numbers at t = kT and numbers into a held signal.
-There the diagram is cut; what is left is continuous, exact, and the business of `held`. Here the
-two halves are closed to one `recursion`.
+There the diagram is cut; what is left is continuous, exact, and left to `zero_order_hold`. Here the
+two halves are closed to one `difference_equation`.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def _in_q(name: str, side: Side, order: int, method: str, period: Fraction) -> F
     a, b, c = METHODS[method]
     out: Filter = {}
     for (k, tau), value in side.items():
-        late, after = zero_order_hold.ago(tau, period)
+        samples_ago, after = zero_order_hold.ago(tau, period)
         if after:
             raise InputError(
                 f"sampled: block {name!r} runs in the computer, and its delay of {float(tau):g} s "
@@ -69,7 +69,7 @@ def _in_q(name: str, side: Side, order: int, method: str, period: Fraction) -> F
             poly = np.convolve(poly, factor)
         for d, coefficient in enumerate(poly):
             if coefficient:
-                out[d + late] = out.get(d + late, 0.0) + scale * float(coefficient)
+                out[d + samples_ago] = out.get(d + samples_ago, 0.0) + scale * float(coefficient)
     return out
 
 
@@ -119,7 +119,7 @@ def cut(system: Numeric, period: Fraction, hold: str, digital: dict[str, str]) -
 def close(
     parts: Cut, period: Fraction, hold: str, sources: tuple[str, ...], targets: tuple[str, ...]
 ) -> DifferenceEquation:
-    """The recursion from some inputs to some signals, the held signals fed back.
+    """The closed loop from some inputs to some signals, the held signals fed back.
 
     Errors: `InputError` for delays that the hold does not cut, an improper signal, and a singular
     algebraic loop through the hold.
@@ -148,9 +148,9 @@ def close(
 
 
 def closed(loop: DifferenceEquation, sign: int, hold: str) -> DifferenceEquation:
-    """The autonomous recursion left when the one output is fed back to the one input.
+    """What is left, without inputs, when the one output is fed back to the one input.
 
-    `sign` −1: L of the return difference 1 + L is minus this recursion.
+    `sign` −1: L of the return difference 1 + L is minus this loop.
     """
     m = loop.inner + 1
     taps = {d: matrix[:m, :m].copy() for d, matrix in loop.taps.items()}

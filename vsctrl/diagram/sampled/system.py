@@ -75,7 +75,13 @@ class SampledSystem:
         `signal` may only be the held one: breaking the loop elsewhere would put in a second hold.
         """
         if signal is not None and (not isinstance(signal, str) or signal != self.hold):
-            self._refuse_to_open(signal)
+            remedy = "leave the signal out"
+            if isinstance(signal, str) and signal in self.system.diagram.drivers:
+                remedy = f"sample with hold={signal!r} if that is what is held"
+            raise InputError(
+                f"open: the sampled loop is broken at its held signal {self.hold!r} only, not at "
+                f"{quoted(signal)}; {remedy}."
+            )
         if self.hold in self.system.diagram.inputs:
             raise InputError(
                 f"open: the sampled loop is broken at its held signal {self.hold!r} only, and "
@@ -86,15 +92,6 @@ class SampledSystem:
         opened = replace(self.system, diagram=self.system.diagram.open(self.hold))
         twin = SampledSystem(opened, self.period, source, self.digital)
         return SampledLoop(twin, source, self.hold, sign=-1)
-
-    def _refuse_to_open(self, signal: object) -> None:
-        remedy = "leave the signal out"
-        if isinstance(signal, str) and signal in self.system.diagram.drivers:
-            remedy = f"sample with hold={signal!r} if that is what is held"
-        raise InputError(
-            f"open: the sampled loop is broken at its held signal {self.hold!r} only, not at "
-            f"{quoted(signal)}; {remedy}."
-        )
 
     def poles(self, n: int | None = None) -> Complex:
         """The n poles of largest modulus (all without n) of the whole diagram, in z."""

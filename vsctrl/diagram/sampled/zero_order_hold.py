@@ -13,9 +13,8 @@ three periods is three periods and not 2.9999999999999996.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -44,25 +43,25 @@ def sample(system: DelaySystem, period: Fraction, hold: str) -> Taps:
         _add(taps, flow.moved(i, period), i, n + system.outputs)
     for theta, matrix in table.items():
         for i, row in enumerate(matrix[n:], start=n):
-            late, _ = ago(theta, period)
+            samples_ago, _ = ago(theta, period)
             held = np.zeros(width)
             held[n:] = row[n:]  # an input is the same anywhere in its period
-            _add(taps, {late: held}, i, n + system.outputs)
+            _add(taps, {samples_ago: held}, i, n + system.outputs)
             for k in np.flatnonzero(row[:n]):
                 _add(taps, flow.at(int(k), theta), i, n + system.outputs, row[k])
     return {d: taps[d] for d in sorted(taps) if d == 0 or taps[d].any()}
 
 
 def ago(theta: Fraction, period: Fraction) -> tuple[int, Fraction]:
-    """(d, g) of θ = d·period − g, 0 ≤ g < period: what is θ late is g after the sample k − d.
+    """(d, g) of θ = d·period − g, 0 ≤ g < period: what is delayed by θ is g after the sample k − d.
 
     Decimals of 1/30 s and 2/30 s are not quite one and two periods; to 12 digits they are.
     """
-    late = round(theta / period)
-    if abs(theta - late * period) <= Fraction(1, 10**12) * theta:
-        return late, Fraction(0)
-    late = math.ceil(theta / period)
-    return late, late * period - theta
+    samples_ago = round(theta / period)
+    if abs(theta - samples_ago * period) <= Fraction(1, 10**12) * theta:
+        return samples_ago, Fraction(0)
+    samples_ago = math.ceil(theta / period)
+    return samples_ago, samples_ago * period - theta
 
 
 def written_out(system: DelaySystem, hold: str) -> Table:
@@ -118,37 +117,23 @@ def _add(taps: Taps, new: Taps, row: int, rows: int, factor: float = 1.0) -> Non
         taps[d][row] += factor * values
 
 
-@dataclass(frozen=True)
 class _Flow:
     """The states between samples: x' = Σ_θ table[θ][:n] · [x(t−θ); u(t−θ)], u held."""
 
-    table: Table
-    n: int
-    period: Fraction
-
-    @cached_property
-    def _known(self) -> dict[tuple[int, Fraction], Taps]:
-        return {}
-
-    @cached_property
-    def _width(self) -> int:
-        return int(self.table[Fraction(0)].shape[1])
+    def __init__(self, table: Table, n: int, period: Fraction) -> None:
+        self.table, self.n, self.period = table, n, period
+        self._width = int(table[Fraction(0)].shape[1])
+        self.moved = cache(self._moved)
 
     def at(self, state: int, theta: Fraction) -> Taps:
         """x_state(kT − θ) over the samples [x; u][k−d]: θ = d T − g, so g after sample k−d."""
-        late, after = ago(theta, self.period)
+        samples_ago, after = ago(theta, self.period)
         if after == 0:
-            return {late: np.eye(self._width)[state]}
-        return {d + late: row for d, row in self.moved(state, after).items()}
-
-    def moved(self, state: int, after: Fraction) -> Taps:
-        """x_state(kT + after), 0 < after ≤ T, over the samples [x; u][k−d]."""
-        key = state, after
-        if key not in self._known:
-            self._known[key] = self._moved(state, after)
-        return self._known[key]
+            return {samples_ago: np.eye(self._width)[state]}
+        return {d + samples_ago: row for d, row in self.moved(state, after).items()}
 
     def _moved(self, state: int, after: Fraction) -> Taps:
+        """x_state(kT + after), 0 < after ≤ T, over the samples [x; u][k−d]."""
         nodes = self._upstream(state)
         A, B, lags = self._equations(nodes)
         size, r = len(nodes), self._width - self.n
@@ -157,14 +142,14 @@ class _Flow:
             _add(Z, self.at(i, theta), row, size)
         # An input delayed by θ = d T − g changes T − g after each sample, from k−d to k−d+1.
         split = [ago(theta, self.period) for theta in lags]
-        late, change = [d for d, _ in split], [self.period - g for _, g in split]
+        samples_ago, change = [d for d, _ in split], [self.period - g for _, g in split]
         cuts = sorted({c for c in change if c < after} | {Fraction(0), after})
         for start, end in pairwise(cuts):
             both = np.zeros((size + B.shape[1], size + B.shape[1]))
             both[:size] = np.hstack([A, B]) * float(end - start)
             moved = np.asarray(expm(both)[:size], float)
             Z = {d: moved[:, :size] @ matrix for d, matrix in Z.items()}
-            for j, (d, c) in enumerate(zip(late, change, strict=True)):
+            for j, (d, c) in enumerate(zip(samples_ago, change, strict=True)):
                 tap = d if start < c else d - 1
                 Z.setdefault(tap, np.zeros((size, self._width)))
                 Z[tap][:, self.n :] += moved[:, size + j * r : size + (j + 1) * r]
@@ -187,11 +172,11 @@ class _Flow:
         A = np.zeros((len(nodes), len(nodes)))
         inputs: Table = {}
         for (i, theta), row in place.items():
-            for late, matrix in self.table.items():
+            for delay, matrix in self.table.items():
                 for k in np.flatnonzero(matrix[i, : self.n]):
-                    A[row, place[int(k), theta + late]] += matrix[i, k]
+                    A[row, place[int(k), theta + delay]] += matrix[i, k]
                 if matrix[i, self.n :].any():
-                    inputs.setdefault(theta + late, np.zeros((len(nodes), r)))
-                    inputs[theta + late][row] += matrix[i, self.n :]
+                    inputs.setdefault(theta + delay, np.zeros((len(nodes), r)))
+                    inputs[theta + delay][row] += matrix[i, self.n :]
         lags = sorted(inputs)
         return A, np.hstack([np.zeros((len(nodes), 0)), *(inputs[th] for th in lags)]), lags

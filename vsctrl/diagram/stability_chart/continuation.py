@@ -103,11 +103,11 @@ def _march(curve: RootOnAxis, start: Array, sense: float) -> tuple[Array, bool]:
         if step < SHORTEST:
             break
         scale = _scale(z)
-        found = curve.corrected(z + step * tangent * [1.0, 1.0, scale], tangent, scale)
-        if found is None or not _follows(z, tangent, found, step, scale):
+        corrected = curve.corrected(z + step * tangent * [1.0, 1.0, scale], tangent, scale)
+        if corrected is None or not _follows(z, tangent, corrected, step, scale):
             step /= 2
             continue
-        new, direction = found
+        new, direction = corrected
         direction = direction * np.sign(direction @ tangent)
         end = _end(curve, z, new, scale)
         if end is not None:
@@ -140,10 +140,10 @@ def _angle(a: Array, b: Array) -> float:
 
 
 def _follows(
-    z: Array, tangent: Array, found: tuple[Array, Array], step: float, scale: float
+    z: Array, tangent: Array, corrected: tuple[Array, Array], step: float, scale: float
 ) -> bool:
     """Whether the corrected point lies where the tangent pointed and the curve turned little."""
-    new, direction = found
+    new, direction = corrected
     direction = direction * np.sign(direction @ tangent)
     off = np.linalg.norm((new - z) / [1.0, 1.0, scale] - step * tangent)
     if off > 0.2 * step or _angle(tangent, direction) > SHARPEST:
@@ -160,18 +160,18 @@ def _end(curve: RootOnAxis, z: Array, new: Array, scale: float) -> Array | None:
     if not ends:
         return None
 
-    def share(end: tuple[int, float]) -> float:
+    def fraction(end: tuple[int, float]) -> float:
         i, bound = end
         return float((bound - z[i]) / (new[i] - z[i])) if new[i] != z[i] else 1.0
 
-    i, bound = min(ends, key=share)
-    guess = z + np.clip(share((i, bound)), 0, 1) * (new - z)
+    i, bound = min(ends, key=fraction)
+    guess = z + np.clip(fraction((i, bound)), 0, 1) * (new - z)
     guess[i] = bound
-    found = curve.corrected(guess, np.eye(3)[i], scale)
-    if found is None:
+    corrected = curve.corrected(guess, np.eye(3)[i], scale)
+    if corrected is None:
         return z
-    found[0][i] = bound
-    return found[0]
+    corrected[0][i] = bound
+    return corrected[0]
 
 
 def _passes(z: Array, new: Array, start: Array, scale: float) -> bool:
@@ -192,8 +192,8 @@ def split_where(points: Array, turning: Callable[[Array], Array], curve: RootOnA
     for k in range(1, len(points)):
         if sign[k] * sign[k - 1] < 0:
             middle = (points[k] + points[k - 1]) / 2
-            found = curve.corrected(middle, np.eye(3)[2], 1.0)
-            joint = middle if found is None else found[0] * [1.0, 1.0, 0.0]
+            corrected = curve.corrected(middle, np.eye(3)[2], 1.0)
+            joint = middle if corrected is None else corrected[0] * [1.0, 1.0, 0.0]
             pieces.append(np.vstack([begin, joint]))
             begin = joint[None]
         begin = np.vstack([begin, points[k]])

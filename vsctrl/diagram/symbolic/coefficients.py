@@ -53,22 +53,15 @@ class Coefficients:
     @classmethod
     def compile(cls, diagram: Wiring) -> Coefficients:
         """Compile the flat list of all coefficients and all delays of a diagram."""
-        delays = list(
-            {q: tau for b in diagram.blocks for q, tau in b.rational.delays.items()}.values()
-        )
-        flat = [
-            c
-            for b in diagram.blocks
-            for side in (b.rational.num, b.rational.den)
-            for c in side.values()
-        ]
-        function = sp.lambdify(
-            list(diagram.parameters.values()), [*delays, *flat], modules="math", cse=True
-        )
+        ratios = [block.rational for block in diagram.blocks]
+        delays = list({q: tau for ratio in ratios for q, tau in ratio.delays.items()}.values())
+        flat = [c for ratio in ratios for side in (ratio.num, ratio.den) for c in side.values()]
+        symbols = list(diagram.parameters.values())
+        function = sp.lambdify(symbols, [*delays, *flat], modules="math", cse=True)
         return cls(diagram, function, delays)
 
     @cached_property
-    def delay_names(self) -> list[str]:
+    def _delay_names(self) -> list[str]:
         """How each delay reads in the diagram, for messages."""
         return [str(delay) for delay in self._delays]
 
@@ -77,12 +70,13 @@ class Coefficients:
         try:
             numbers = [float(x) for x in self._flat(*values.values())]
         except (ZeroDivisionError, OverflowError, ValueError, TypeError):
+            pairs = ", ".join(f"{name} = {value:g}" for name, value in values.items())
             raise InputError(
-                f"at: a block has no finite real value{_shown(values)}; "
+                f"at: a block has no finite real value{f' at {pairs}' if pairs else ''}; "
                 "look for a division by zero or the root or logarithm of a negative number."
             ) from None
         delays = {}
-        for expr, name, number in zip(self._delays, self.delay_names, numbers, strict=False):
+        for expr, name, number in zip(self._delays, self._delay_names, numbers, strict=False):
             if number < 0:
                 raise InputError(
                     f"at: the delay {name} = {number:g} s is negative, which would predict the "
@@ -124,11 +118,6 @@ def _levelled(block: BlockCoefficients) -> BlockCoefficients:
     except OverflowError:  # a gain beyond 1e308 is left for those who use it to refuse
         return block
     return BlockCoefficients(block.name, num, den)
-
-
-def _shown(values: dict[str, float]) -> str:
-    pairs = ", ".join(f"{name} = {value:g}" for name, value in values.items())
-    return f" at {pairs}" if pairs else ""
 
 
 def _check_causal(name: str, den: dict[tuple[int, Fraction], float]) -> None:
