@@ -12,19 +12,16 @@ import math
 from dataclasses import dataclass
 from html import escape
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.diagram.consistency import sampled_limit
+from vsctrl.diagram.consistency.faces import Channel, System
 from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.time import collocation
 from vsctrl.errors import ImproperError, InputError, LimitError
 from vsctrl.symbols import s
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.consistency.faces import Channel, System
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

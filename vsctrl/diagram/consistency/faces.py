@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from numpy.typing import ArrayLike
 
+from vsctrl.diagram.description.wiring import Wiring
+from vsctrl.diagram.realisation.delay_system import DelaySystem
+from vsctrl.diagram.realisation.numeric import Numeric
+
 if TYPE_CHECKING:
     import sympy as sp
-
-    from vsctrl.diagram.description.wiring import Wiring
-    from vsctrl.diagram.realisation.delay_system import DelaySystem
-    from vsctrl.diagram.realisation.numeric import Numeric
 
 
 class Channel(Protocol):

@@ -9,30 +9,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.diagram.consistency.faces import Channel, System
+from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.diagram.numerics.graphs import reached
 from vsctrl.diagram.realisation.delay_system import common_divisor
 from vsctrl.errors import InputError
 
-if TYPE_CHECKING:
-    from vsctrl.diagram.consistency.faces import Channel, System
-    from vsctrl.diagram.description.wiring import Wiring
-
 Complex = NDArray[np.complex128]
 
-#: Periods in the channel's unit of time: short enough that the error is of first order …
-PERIODS = 100
-#: … for most; a diagram with much faster parts than that unit is given shorter ones.
-SHORTER = (1, 8, 64)
+PERIODS = 100  #: in the channel's unit of time: mostly enough for an error of first order
+SHORTER = (1, 8, 64)  #: shorter periods, for a diagram with parts much faster than that unit
 MOST_PERIODS = 100_000
-#: The error is to fall to this share when T is halved: 0.5 and a little for the second order.
-HALVED = 0.6
-#: What extrapolation is to leave of the error.
-LEFT = 0.05
+HALVED = 0.6  #: of the error may be left when T is halved: 0.5 and a little for second order
+LEFT = 0.05  #: of the error that extrapolation may leave
 
 
 @dataclass(frozen=True)

@@ -57,9 +57,8 @@ def pieces_beside_crossings(
         span = 16 * math.pi / delay_s
         first, last = max(omega - span, past), min(omega + span, high)
         if last > first:
-            parts.append(
-                chebyshev_pieces(L, np.linspace(math.log(first), math.log(last), 17), delay_s)
-            )
+            grid = np.linspace(math.log(first), math.log(last), 17)
+            parts.append(chebyshev_pieces(L, grid, delay_s))
         past = max(past, last)
     return parts
 

@@ -13,13 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.diagram.frequency.crossings import (
-    gain_crossings_of,
-    limit_towards,
-    phase_crossings,
-    pieces_beside_crossings,
-    with_limits,
-)
+from vsctrl.diagram.frequency import crossings
 from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain, high_frequency_tail
 from vsctrl.diagram.frequency.peaks import bandwidth_of, fallen_from, highest_peak
 from vsctrl.diagram.frequency.piecewise import EDGE, Response, band_of, chebyshev_pieces, log_grid
@@ -101,25 +95,25 @@ def margins(
     if not stable and delay_s:
         follow = min(high, max(MOST_TURNED / delay_s, 10 * low))
     limits = (
-        limit_towards(L, 1e-6 * low, 0.1),
-        limit_towards(L, 1e6 * high, 10.0) if far is None else far.limit,
+        crossings.limit_towards(L, 1e-6 * low, 0.1),
+        crossings.limit_towards(L, 1e6 * high, 10.0) if far is None else far.limit,
     )
     ends, pieces = chebyshev_pieces(L, log_grid(low, follow), delay_s)
     if follow < high:
         parts = [
             (ends, pieces),
-            *pieces_beside_crossings(L, follow, high, delay_s, fallen_from(limits[0])),
+            *crossings.pieces_beside_crossings(L, follow, high, delay_s, fallen_from(limits[0])),
         ]
         ends, pieces = (np.vstack(side) for side in zip(*parts, strict=True))
     size, distance = squared(pieces, 0.0), squared(pieces, 1.0)
     tail = None if far is None or not far.turns else high_frequency_tail(far)
-    phase_at, at_phase = with_limits(*phase_crossings(L, ends, pieces), limits)
+    phase_at, at_phase = crossings.with_limits(*crossings.phase_crossings(L, ends, pieces), limits)
     if tail is not None:
         phase_at = np.append(phase_at, np.full(len(tail.real), math.inf))
         at_phase = np.append(at_phase, tail.real)
     factors = 1 / np.abs(at_phase)
     factors[np.abs(factors - 1) < EDGE] = 1.0
-    gain_at = gain_crossings_of(L, ends, size)
+    gain_at = crossings.gain_crossings_of(L, ends, size)
     on_it = phase_at[(factors == 1) & (phase_at > 0) & (phase_at < math.inf)]
     # Where L is −1 |L| may only touch 1, or be 1 everywhere.
     touching = [w for w in on_it if not (np.abs(gain_at / w - 1) < 1e-6).any()]

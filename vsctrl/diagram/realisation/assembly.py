@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 
-from vsctrl.diagram.description.wiring import resolve
+from vsctrl.diagram.description.wiring import Wiring, resolve
 from vsctrl.diagram.realisation import descriptor
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.reduction import pruned
 from vsctrl.diagram.symbolic.coefficients import BlockCoefficients
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.description.wiring import Wiring
 
 Array = NDArray[np.float64]
 

@@ -9,22 +9,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.diagram.description.blocks import Block
+from vsctrl.diagram.description.blocks import Block, Part
 from vsctrl.diagram.realisation import assembly
+from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.sampled import zero_order_hold
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
 from vsctrl.diagram.symbolic.coefficients import BlockCoefficients
 from vsctrl.diagram.symbolic.model import Model
 from vsctrl.errors import InputError
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.description.blocks import Part
-    from vsctrl.diagram.realisation.numeric import Numeric
 
 Array = NDArray[np.float64]
 Side = dict[tuple[int, Fraction], float]

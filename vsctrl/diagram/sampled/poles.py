@@ -29,19 +29,12 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Series = dict[int, tuple[float, float]]  #: power of 1/z → (coefficient, sum of what was added up)
 
-#: Up to so many states the dense eigenproblem is the quicker one.
-DENSE = 160
-#: The largest dense eigenproblem that is tried: 3000 states take half a minute.
-MOST_STATES = 3000
-#: Aberth's iteration takes two seconds for 2000 poles and grows with the square.
-MOST_POLES = 6000
-#: A delay of more samples that a loop cancels leaves noise so near the unit circle that it hides
-#: eigenvalues.
-CANCELLED = 100
-#: Further than this in log z, no true eigenvalue is wrong.
-FURTHEST = 0.05
-#: A coefficient smaller than this share of what was added up to it is rounding.
-ROUNDING = 1e-13
+DENSE = 160  #: states up to which the dense eigenproblem is the quicker one
+MOST_STATES = 3000  #: of the largest dense eigenproblem that is tried, which takes half a minute
+MOST_POLES = 6000  #: Aberth's iteration takes two seconds for 2000 and grows with the square
+CANCELLED = 100  #: samples of a cancelled delay beyond which its noise hides eigenvalues
+FURTHEST = 0.05  #: in log z, by which a true eigenvalue may be wrong
+ROUNDING = 1e-13  #: of what was added up to a coefficient, below which it is rounding
 MOST_PRODUCTS = 200_000
 MOST_ROUNDS = 120
 

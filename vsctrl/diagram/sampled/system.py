@@ -13,7 +13,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,14 +21,12 @@ from vsctrl.checks import decimal, is_finite, quoted
 from vsctrl.diagram.description.blocks import Block
 from vsctrl.diagram.description.wiring import is_channel
 from vsctrl.diagram.numerics.graphs import reached
+from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.sampled import cut
 from vsctrl.diagram.sampled.channel import SampledChannel, SampledLoop
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
 from vsctrl.diagram.sampled.poles import Poles
 from vsctrl.errors import ImproperError, InputError, nearest
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.realisation.numeric import Numeric
 
 Complex = NDArray[np.complex128]
 

@@ -13,18 +13,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from vsctrl.diagram.description.wiring import resolve
+from vsctrl.diagram.description.wiring import Wiring, resolve
 from vsctrl.diagram.numerics.graphs import components
 from vsctrl.symbols import s
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.description.wiring import Wiring
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

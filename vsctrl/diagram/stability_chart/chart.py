@@ -9,18 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.checks import is_finite, is_whole
+from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.stability_chart import raster
 from vsctrl.diagram.stability_chart.d_partition import DPartition
 from vsctrl.errors import InputError, nearest
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.realisation.numeric import Numeric
 
 Array = NDArray[np.float64]
 

@@ -9,20 +9,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.diagram.realisation.delay_system import DelaySystem
+from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.roots import argument_principle
 from vsctrl.diagram.roots.rightmost import rightmost
 from vsctrl.diagram.stability_chart.characteristic import Determinant
 from vsctrl.diagram.stability_chart.continuation import RootOnAxis, split_where, trace
 from vsctrl.errors import InputError
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.realisation.delay_system import DelaySystem
-    from vsctrl.diagram.realisation.numeric import Numeric
 
 Array = NDArray[np.float64]
 

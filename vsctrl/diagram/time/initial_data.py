@@ -11,27 +11,21 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.checks import is_finite
 from vsctrl.diagram.description.blocks import Block
-from vsctrl.diagram.description.wiring import resolve
+from vsctrl.diagram.description.wiring import Wiring, resolve
 from vsctrl.diagram.numerics.graphs import on_cycles, reached
 from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.signals.signal import Signal, beside
 from vsctrl.diagram.symbolic.coefficients import BlockCoefficients
-from vsctrl.diagram.time.initial_function import (
-    DelayedInitialFunction,
-    InitialFunction,
-    approximate,
-)
+from vsctrl.diagram.time import initial_function
+from vsctrl.diagram.time.initial_function import DelayedInitialFunction, InitialFunction
 from vsctrl.errors import InputError, nearest
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.description.wiring import Wiring
 
 Array = NDArray[np.float64]
 Past = float | Callable[[Array], Any]  #: a constant, or a function of times t ≤ 0 (s)
@@ -198,7 +192,9 @@ class InitialData:
                 back = max(back, self.dynamic_blocks[name].time_constant)
             sample = partial(_sampled, name, past)
             value = float(sample(np.zeros(1))[0])
-            out[name] = approximate(sample, value, back, f"the history of {name!r}")
+            out[name] = initial_function.approximate(
+                sample, value, back, f"the history of {name!r}"
+            )
             _check_slope(name, order, out[name])
         return out
 
