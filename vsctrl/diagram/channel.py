@@ -7,31 +7,25 @@ function, to the module that knows how, and wraps what comes back in the ecosyst
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.checks import decimal, frequencies, points, quoted
+from vsctrl.checks import frequencies, quoted
 from vsctrl.checks import side as side_of
-from vsctrl.diagram.frequency import value
 from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain
 from vsctrl.diagram.frequency.margins import Margins, margins
+from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade import order as pade_order
-from vsctrl.diagram.realisation.assembly import realise
-from vsctrl.diagram.realisation.delay_system import DelaySystem
-from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.roots import argument_principle, rightmost
 from vsctrl.diagram.signals.signal import Signal
 from vsctrl.diagram.time import from_history
 from vsctrl.diagram.time.response import check_signal, checked_times, from_rest
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, nearest
 
 if TYPE_CHECKING:
     import control
-    import sympy as sp
 
     from vsctrl.diagram.pade.model import PadeModel
 
@@ -39,42 +33,8 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
-@dataclass(frozen=True)
-class Channel:
+class Channel(NumericChannel):
     """A transfer function between two signals of a `System`, `sign` included."""
-
-    system: Numeric
-    source: str
-    target: str
-    sign: int = 1
-
-    def __post_init__(self) -> None:
-        self.system.diagram.check_channel(self.source, self.target)
-
-    @property
-    def expr(self) -> sp.Expr:
-        """The exact transfer function in s, numbers put in."""
-        diagram = self.system.diagram
-        numbers = {
-            diagram.parameters[name]: decimal(f"at: {name}", value)
-            for name, value in self.system.values.items()
-        }
-        return self.sign * diagram.transfer(self.source, self.target).subs(numbers)
-
-    @cached_property
-    def realisation(self) -> DelaySystem:
-        """State space plus delay channels; errors for an improper channel."""
-        system = self.system
-        return realise(system.diagram, system.blocks, (self.source,), (self.target,))
-
-    def __call__(self, s: ArrayLike) -> Any:
-        """The exact value at complex s (rad/s), any shape; infinite at a pole.
-
-        Errors: `InputError` where s is not finite.
-        """
-        H = value.value(self.system, self.source, self.target, points("channel: s", s))
-        H = H if self.sign > 0 else np.negative(H, out=H)
-        return H if H.ndim else complex(H)
 
     def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
         """The exact response at ω (rad/s), for python-control's plots.
@@ -139,7 +99,6 @@ class Channel:
         Characteristic roots that the channel's input does not excite or its output does not show
         are left out. Errors: `InputError` and `LimitError` for n, as for `System.poles`.
         """
-        rightmost.check_roots(self.realisation, n)
         return rightmost.poles(self.realisation, n)
 
     def pade(
@@ -172,7 +131,6 @@ class Channel:
         )
 
 
-@dataclass(frozen=True)
 class OpenLoop(Channel):
     """L of a return difference 1 + L."""
 
@@ -205,4 +163,7 @@ class OpenLoop(Channel):
             return margins(self, rates, float(tau.sum()), unstable, far)
 
     def _pade_on(self, on: object, order: object, tol: object, band: object) -> PadeModel:
-        return pade_order.model_for(self, order, tol, band, on)
+        if on != "margins":
+            hint = nearest(on, ("response", "margins"))
+            raise InputError(f"pade: on = {on!r} is unknown{hint}; give 'response' or 'margins'.")
+        return pade_order.model_for(self, self.margins, order, tol, band)

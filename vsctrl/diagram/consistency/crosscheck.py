@@ -17,7 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.diagram.consistency import sampled_limit
-from vsctrl.diagram.consistency.faces import Channel, System
+from vsctrl.diagram.consistency.faces import System
+from vsctrl.diagram.frequency.numeric_channel import NumericChannel
+from vsctrl.diagram.pade import order as pade_order
+from vsctrl.diagram.roots import rightmost
 from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.time import collocation
 from vsctrl.errors import ImproperError, InputError, LimitError
@@ -92,7 +95,7 @@ def crosscheck(system: System) -> CrossCheck:
     return CrossCheck(tuple(check for pair in pairs for check in _channel(system, system[pair])))
 
 
-def _channel(system: System, channel: Channel) -> list[Check]:
+def _channel(system: System, channel: NumericChannel) -> list[Check]:
     name = f"{channel.source} → {channel.target}"
     # Frequencies on and off the axis, two decades round the channel's own.
     omega = np.geomspace(0.05, 5.0, 7) / _unit(channel)
@@ -100,11 +103,11 @@ def _channel(system: System, channel: Channel) -> list[Check]:
     exact = channel(points)
     scale = 1 + np.abs(exact)
     symbolic = np.array([complex(channel.expr.subs("s", point).evalf(30)) for point in points])
-    faces, allowed = (
-        "compiled against symbolic, 30 digits",
+    difference, allowed = (
+        _largest(exact - symbolic, scale),
         1e-12 * _phase_rounding(channel, points),
     )
-    compiled = Check(name, faces, _largest(exact - symbolic, scale), allowed)
+    compiled = Check(name, "compiled against symbolic, 30 digits", difference, allowed)
     try:
         realised = channel.realisation.transfer(points)[:, 0, 0] * channel.sign
     except ImproperError as error:  # any other refusal is the user's to see
@@ -119,10 +122,10 @@ def _channel(system: System, channel: Channel) -> list[Check]:
     ]
 
 
-def _time(channel: Channel, name: str) -> Check:
+def _time(channel: NumericChannel, name: str) -> Check:
     """The Laplace transform of the computed step response against H(s)/s, right of all poles."""
-    rightmost = max((root.real for root in channel.poles(1)), default=-1.0)
-    right, unit = max(rightmost, 0.0), _unit(channel)
+    growth = max((root.real for root in rightmost.poles(channel.realisation, 1)), default=-1.0)
+    right, unit = max(growth, 0.0), _unit(channel)
     for _ in range(8):
         # What rises late, behind many lags, weighs little at a large σ: less than its own tail.
         sigma = right + 4 / unit
@@ -155,24 +158,22 @@ def _transform(trajectory: collocation.Trajectory, points: Complex) -> Complex:
     return out
 
 
-def _pade(channel: Channel, name: str, points: Complex) -> list[Check]:
+def _pade(channel: NumericChannel, name: str, points: Complex) -> list[Check]:
     """Padé models converge: order 8 is nearer than order 4, below the frequency both can follow."""
     delay_s = sum(channel.realisation.tau.tolist())
     low = points[np.abs(points) * delay_s < 3]
     if not delay_s or not len(low):
         return []
     reference = channel(low)
-    errors = [
-        _largest(np.array([channel.pade(order)(point) for point in low]) - reference, 1.0)
-        for order in (4, 8)
-    ]
+    models = [pade_order.model(channel, order, None, None) for order in (4, 8)]
+    errors = [_largest(np.array([m(point) for point in low]) - reference, 1.0) for m in models]
     size = 1 + float(np.abs(reference).max())
     return [
         Check(name, "Padé 8 against exact, ωτ < 3", errors[1], max(1e-9 * size, errors[0] / 10))
     ]
 
 
-def _sampled(system: System, channel: Channel, name: str) -> list[Check]:
+def _sampled(system: System, channel: NumericChannel, name: str) -> list[Check]:
     """The sampled twin nears the continuous channel with first order as its period shrinks."""
     faces = "sampled against continuous, T → 0"
     try:
@@ -187,12 +188,12 @@ def _sampled(system: System, channel: Channel, name: str) -> list[Check]:
     ]
 
 
-def _roots(channel: Channel, name: str) -> Check:
+def _roots(channel: NumericChannel, name: str) -> Check:
     """Each pole against the symbolic denominator D: its distance from a zero of D.
 
     That is |D/D'|, or √|2D/D''| beside a double zero, where D' is rounding too.
     """
-    poles = channel.poles(4)
+    poles = rightmost.poles(channel.realisation, 4)
     below = channel.expr.as_numer_denom()[1]
     forms = [below, below.diff(s), below.diff(s, 2)]
     unit = _unit(channel)
@@ -207,7 +208,7 @@ def _roots(channel: Channel, name: str) -> Check:
     return Check(name, "poles against symbolic denominator", max(steps, default=0.0), 1e-7, note)
 
 
-def _unit(channel: Channel) -> float:
+def _unit(channel: NumericChannel) -> float:
     """The channel's own unit of time, s: its longest delay or slowest open rate."""
     try:
         system = channel.realisation
@@ -218,7 +219,7 @@ def _unit(channel: Channel) -> float:
     return max(times, default=1.0)
 
 
-def _phase_rounding(channel: Channel, points: Complex) -> float:
+def _phase_rounding(channel: NumericChannel, points: Complex) -> float:
     """How much the rounding of sτ adds: e^{−sτ} is known to |s| τ ε."""
     try:
         delay_s = sum(channel.realisation.tau.tolist())

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.diagram.consistency.faces import Channel, System
+from vsctrl.diagram.consistency.faces import System
 from vsctrl.diagram.description.wiring import Wiring
+from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.numerics.graphs import reached
 from vsctrl.diagram.realisation.delay_system import common_divisor
 from vsctrl.errors import InputError
@@ -41,39 +42,21 @@ class Approach:
     @property
     def first_order(self) -> bool:
         """Whether the error halves and extrapolation removes it, or there is none."""
-        return (
-            self.quarter <= max(1e-9, HALVED * self.half)
-            and self.extrapolated <= max(1e-9, LEFT * self.quarter)
-        )  # fmt: skip
+        halved = self.quarter <= max(1e-9, HALVED * self.half)
+        return halved and self.extrapolated <= max(1e-9, LEFT * self.quarter)
 
 
-def approach(system: System, channel: Channel, unit: float) -> Approach:
+def approach(system: System, channel: NumericChannel, unit: float) -> Approach:
     """The twin of a channel at ever shorter periods, beginning at a fraction of `unit` (s).
 
     Errors: `InputError` where no signal can be held, and for delays that share no period.
     """
     period = _period(channel, unit)
     digital = {block.name: "backward" for block in channel.system.blocks if block.improper}
-    refused: InputError | None = None
-    for hold in _candidates(channel.system.diagram, channel.source, channel.target):
-        try:
-            for shorter in SHORTER:
-                errors = _errors(system, channel, unit, period / shorter, hold, digital)
-                if errors.first_order:
-                    break
-            return errors
-        except InputError as error:
-            refused = refused or error
-    raise refused or InputError("sampled: nothing in this channel can be held.")
-
-
-def _errors(
-    system: System, channel: Channel, unit: float, period: float, hold: str, digital: dict[str, str]
-) -> Approach:
     omega = np.array([0.1, 0.4, 1.0, 2.0]) / unit
     exact: Complex = channel(1j * omega)
 
-    def value(T: float) -> Complex:
+    def value(T: float, hold: str) -> Complex:
         twin = system.sampled(T, hold, digital)[channel.source, channel.target]
         return np.asarray(channel.sign * twin(np.exp(1j * omega * T)), complex)
 
@@ -81,11 +64,22 @@ def _errors(
         worst = float((np.abs(H - exact) / (1 + np.abs(exact))).max())
         return worst if math.isfinite(worst) else math.inf
 
-    half, quarter = value(period / 2), value(period / 4)
-    return Approach(hold, period, error(half), error(quarter), error(2 * quarter - half))
+    refused: InputError | None = None
+    for hold in _candidates(channel.system.diagram, channel.source, channel.target):
+        try:
+            for T in (period / shorter for shorter in SHORTER):
+                half, quarter = value(T / 2, hold), value(T / 4, hold)
+                extrapolated = error(2 * quarter - half)
+                errors = Approach(hold, T, error(half), error(quarter), extrapolated)
+                if errors.first_order:
+                    break
+            return errors
+        except InputError as reason:
+            refused = refused or reason
+    raise refused or InputError("sampled: nothing in this channel can be held.")
 
 
-def _period(channel: Channel, unit: float) -> float:
+def _period(channel: NumericChannel, unit: float) -> float:
     """A period of which every delay is a whole multiple, or its error would not be smooth in T."""
     delays = set().union(*(block.delays for block in channel.system.blocks)) - {0}
     if not delays:

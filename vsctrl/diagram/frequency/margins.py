@@ -94,17 +94,13 @@ def margins(
     follow = high
     if not stable and delay_s:
         follow = min(high, max(MOST_TURNED / delay_s, 10 * low))
-    limits = (
-        crossings.limit_towards(L, 1e-6 * low, 0.1),
-        crossings.limit_towards(L, 1e6 * high, 10.0) if far is None else far.limit,
-    )
+    beyond = crossings.limit_towards(L, 1e6 * high, 10.0) if far is None else far.limit
+    limits = crossings.limit_towards(L, 1e-6 * low, 0.1), beyond
     ends, pieces = chebyshev_pieces(L, log_grid(low, follow), delay_s)
     if follow < high:
-        parts = [
-            (ends, pieces),
-            *crossings.pieces_beside_crossings(L, follow, high, delay_s, fallen_from(limits[0])),
-        ]
-        ends, pieces = (np.vstack(side) for side in zip(*parts, strict=True))
+        fallen = fallen_from(limits[0])
+        more = crossings.pieces_beside_crossings(L, follow, high, delay_s, fallen)
+        ends, pieces = (np.vstack(s) for s in zip((ends, pieces), *more, strict=True))
     size, distance = squared(pieces, 0.0), squared(pieces, 1.0)
     tail = None if far is None or not far.turns else high_frequency_tail(far)
     phase_at, at_phase = crossings.with_limits(*crossings.phase_crossings(L, ends, pieces), limits)

@@ -23,12 +23,8 @@ def pade_delay(tau: float, order: int) -> tuple[Array, Array, Array, Array]:
     M[0, 0] = 1.0
     e1 = np.eye(order)[:, :1]
     inverse = np.asarray(np.linalg.inv(M), float)
-    return (
-        -(2 / tau) * inverse,
-        (2 / tau) * inverse @ e1,
-        2 * e1.T @ inverse,
-        np.array([[(-1.0) ** order]]),
-    )
+    B, C = (2 / tau) * inverse @ e1, 2 * e1.T @ inverse
+    return -(2 / tau) * inverse, B, C, np.array([[(-1.0) ** order]])
 
 
 def matrices(system: DelaySystem, order: int) -> tuple[Array, Array, Array, Array]:
@@ -45,9 +41,6 @@ def matrices(system: DelaySystem, order: int) -> tuple[Array, Array, Array, Arra
     K = np.linalg.inv(np.eye(len(Dzw)) - Dzw @ Dd)
     zx, zxi, zu = K @ Cz, K @ Dzw @ Cd, K @ Dzu
     wx, wxi, wu = Dd @ zx, Cd + Dd @ zxi, Dd @ zu
-    return (
-        np.block([[A + Bw @ wx, Bw @ wxi], [Bd @ zx, Ad + Bd @ zxi]]),
-        np.vstack([B + Bw @ wu, Bd @ zu]),
-        np.hstack([C + Dyw @ wx, Dyw @ wxi]),
-        D + Dyw @ wu,
-    )
+    A = np.block([[A + Bw @ wx, Bw @ wxi], [Bd @ zx, Ad + Bd @ zxi]])
+    C = np.hstack([C + Dyw @ wx, Dyw @ wxi])
+    return A, np.vstack([B + Bw @ wu, Bd @ zu]), C, D + Dyw @ wu

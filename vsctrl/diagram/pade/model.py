@@ -12,18 +12,18 @@ is 0 all around, the error is absolute.
 from __future__ import annotations
 
 import copy
-from typing import Any, Protocol
+from typing import Any
 
 import control
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.checks import reals, unusable
-from vsctrl.diagram.frequency.margins import Margins
+from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade.band import checked_band
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.signals.elementary import Step
-from vsctrl.diagram.signals.signal import Signal
+from vsctrl.diagram.time.response import checked_times, from_rest
 from vsctrl.errors import InputError
 
 Array = NDArray[np.float64]
@@ -38,27 +38,6 @@ MOST_POINTS = 4000
 CHUNK = 2_000_000  #: complex numbers that are worked on at once
 
 
-class Exact(Protocol):
-    """What a Padé model stands for: the exact channel, as far as the model asks it."""
-
-    @property
-    def source(self) -> str: ...
-    @property
-    def target(self) -> str: ...
-    @property
-    def sign(self) -> int: ...
-    @property
-    def realisation(self) -> DelaySystem: ...
-    def __call__(self, s: ArrayLike) -> Any: ...
-    def response(self, signal: Signal, t: ArrayLike) -> control.TimeResponseData: ...
-
-
-class ExactLoop(Exact, Protocol):
-    """An exact channel that is the L of a loop."""
-
-    def margins(self) -> Margins: ...
-
-
 class PadeModel(control.StateSpace):
     """A channel whose delays are Padé models of one order: a `control.StateSpace` with its error.
 
@@ -69,7 +48,7 @@ class PadeModel(control.StateSpace):
     def __init__(
         self,
         matrices: tuple[Array, Array, Array, Array],
-        exact: Exact,
+        exact: NumericChannel,
         order: int,
         band: tuple[float, float],
         **names: Any,
@@ -162,8 +141,8 @@ class PadeModel(control.StateSpace):
         Where the exact one jumps, its right limit counts.
         Errors: `InputError` for other times, and for a channel with no step response.
         """
-        exact = self.exact.response(Step(), t).outputs
-        times = np.asarray(t, float)
+        H, times = self.exact, checked_times(t)
+        exact = H.sign * from_rest(H.system, H.source, H.target, Step(), times, "right")[:, 0]
         steps = np.diff(times)
         even = len(times) > 1 and steps[0] > 0 and np.ptp(steps) < 1e-6 * steps[0]
         if not even or times[0] != 0:

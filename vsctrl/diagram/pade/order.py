@@ -18,17 +18,20 @@ import numpy as np
 
 from vsctrl.checks import is_whole
 from vsctrl.diagram.frequency.margins import Margins, margins
+from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade.approximant import matrices, pade_delay
 from vsctrl.diagram.pade.band import Band, checked_band
-from vsctrl.errors import InputError, LimitError, nearest
+from vsctrl.errors import InputError, LimitError
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.pade.model import Exact, ExactLoop, PadeModel
+    from vsctrl.diagram.pade.model import PadeModel
+
+Judgement = tuple[float, str]  #: (relative error, of what)
 
 MOST = 40  #: the highest order
 
 
-def model(channel: Exact, order: object, tol: object, band: object) -> PadeModel:
+def model(channel: NumericChannel, order: object, tol: object, band: object) -> PadeModel:
     """The model of a channel of a given order, or of the smallest that keeps to `tol` over `band`.
 
     Errors: `InputError` for neither or both of `order` and `tol`, for one that is not usable, for
@@ -61,16 +64,15 @@ def model(channel: Exact, order: object, tol: object, band: object) -> PadeModel
     )
 
 
-def model_for(loop: ExactLoop, order: object, tol: object, band: object, on: object) -> PadeModel:
+def model_for(
+    loop: NumericChannel, exact: Callable[[], Margins], order: object, tol: object, band: object
+) -> PadeModel:
     """The model of L of the smallest order whose margins and stability are those of the exact loop.
 
     Gain, phase and delay margin and peak sensitivity agree to `tol` relative to the exact values,
-    and the model's loop is stable if and only if the exact one is. Errors: `InputError` as for
-    `model`, and for a band, an order or a word other than "margins".
+    and the model's loop is stable if and only if the exact one is, whose margins `exact` gives.
+    Errors: `InputError` as for `model`, and for a band or an order.
     """
-    if on != "margins":
-        hint = nearest(on, ("response", "margins"))
-        raise InputError(f"pade: on = {on!r} is unknown{hint}; give 'response' or 'margins'.")
     _check_one_is_given(order, tol)
     if order is not None:
         raise InputError("pade: on='margins' looks for an order; give it a tol and no order.")
@@ -79,8 +81,7 @@ def model_for(loop: ExactLoop, order: object, tol: object, band: object, on: obj
     bound, limits = _checked_tolerance(tol), checked_band(loop, None)
     if not loop.realisation.delays:
         return _of_order(loop, 1, limits)
-    exact = loop.margins()
-    smallest, best, least, worst = _smallest(loop, bound, limits, partial(_disagreement, exact))
+    smallest, best, least, worst = _smallest(loop, bound, limits, partial(_disagreement, exact()))
     if smallest:
         return smallest
     raise InputError(
@@ -90,7 +91,7 @@ def model_for(loop: ExactLoop, order: object, tol: object, band: object, on: obj
 
 
 def _smallest(
-    channel: Exact, bound: float, band: Band, judge: Callable[[PadeModel], tuple[float, str]]
+    channel: NumericChannel, bound: float, band: Band, judge: Callable[[PadeModel], Judgement]
 ) -> tuple[PadeModel | None, int, float, str]:
     """The model of the smallest order whose error, as judged, keeps to a bound, if there is one.
 
@@ -151,7 +152,7 @@ def _relative(value: float, exact: float) -> float:
     return abs(value / exact - 1)
 
 
-def _of_order(channel: Exact, order: int, band: Band) -> PadeModel:
+def _of_order(channel: NumericChannel, order: int, band: Band) -> PadeModel:
     from vsctrl.diagram.pade.model import PadeModel
 
     A, B, C, D = matrices(channel.realisation, order)

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from vsctrl.diagram.picture.grid import Grid
 from vsctrl.diagram.picture.route import Point, Wire
 
+Width = Callable[[str], float]  #: of a signal's name
+
 RADIUS = 11.0  #: of a summing point
 NAME = 17.0  #: height kept above a box for its name
 LABEL = 19.0  #: height kept above a wire for its signal
@@ -73,10 +75,7 @@ class Picture:
 
 
 def arrange(
-    grid: Grid,
-    wires: list[Wire],
-    size: Callable[[int], Size],
-    label_width: Callable[[str], float],
+    grid: Grid, wires: list[Wire], size: Callable[[int], Size], label_width: Width
 ) -> Picture:
     """Positions for all of it, given the size of each block and the width of each name."""
     frame = _Frame(grid, wires, size, label_width)
@@ -132,11 +131,7 @@ class _Axis:
 
 class _Frame:
     def __init__(
-        self,
-        grid: Grid,
-        wires: list[Wire],
-        size: Callable[[int], Size],
-        label_width: Callable[[str], float],
+        self, grid: Grid, wires: list[Wire], size: Callable[[int], Size], label_width: Width
     ) -> None:
         self.grid, self.nodes, self.spots = grid, grid.graph.nodes, grid.spots
         self.size, self.label_width = size, label_width
@@ -231,14 +226,9 @@ class _Frame:
         """The sign of each wire into a sum, beside the tip of its arrow."""
         if self.nodes[box.node].kind != "sum":
             return []
-        offset = {
-            "left": (-RADIUS - 8.0, -8.0),
-            "right": (RADIUS + 8.0, -8.0),
-            "top": (9.0, -RADIUS - 8.0),
-            "bottom": (9.0, RADIUS + 8.0),
-        }
-        if self.spots[box.node].out == "left":
-            offset |= {"top": (-9.0, -RADIUS - 8.0), "bottom": (-9.0, RADIUS + 8.0)}
+        away, beside = RADIUS + 8.0, -9.0 if self.spots[box.node].out == "left" else 9.0
+        offset = {"left": (-away, -8.0), "right": (away, -8.0)}
+        offset |= {"top": (beside, -away), "bottom": (beside, away)}
         sides = [self.grid.sides[box.node, name] for _, name in self.nodes[box.node].takes]
         return [
             (box.x + offset[side][0], box.y + offset[side][1], sign)

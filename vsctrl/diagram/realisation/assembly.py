@@ -33,7 +33,7 @@ def realise(
     outputs = np.array([*(form.signal(name) for name in targets), *form.delayed])
     outputs = outputs.reshape(len(targets) + len(form.delayed), form.width)
     reduced = descriptor.reduce(form.pencil(), outputs, [block.name for block in blocks])
-    system = descriptor.causal(reduced, len(sources), tuple(form.delays), sources, targets)
+    system = descriptor.causal(reduced, tuple(form.delays), sources, targets)
     whole = DelaySystem(*system)
     return _balanced(pruned(whole) if sources and targets else whole)
 

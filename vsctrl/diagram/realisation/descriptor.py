@@ -121,7 +121,6 @@ def _substituted(pencil: Pencil, outputs: Array) -> tuple[Pencil, Array, list[in
 
 def causal(
     system: Reduced,
-    r: int,
     delays: tuple[Fraction, ...],
     sources: tuple[str, ...],
     targets: tuple[str, ...],
@@ -131,8 +130,8 @@ def causal(
     Errors: `InputError` for a channel whose output holds a derivative of its input, and for a
     loop that differentiates its own delayed past again and again (an advanced equation).
     """
-    p = len(targets)
-    system, delays = _into_states(system), tuple(delays)
+    r, p = len(sources), len(targets)
+    system = _into_states(system)
     for _ in range(2 * len(delays) + 4):
         #: (row, column) of every coefficient of a derivative among the outputs
         hits = [(int(i), int(j)) for d in system.D[1:] for i, j in np.argwhere(d)]
@@ -220,10 +219,8 @@ def _behind_delay(
 
 def _padded(a: list[Array], b: list[Array]) -> tuple[list[Array], list[Array]]:
     n = max(len(a), len(b))
-    return (
-        a + [np.zeros_like(a[0])] * (n - len(a)),
-        b + [np.zeros_like(b[0])] * (n - len(b)),
-    )
+    more_a, more_b = ([np.zeros_like(side[0])] * (n - len(side)) for side in (a, b))
+    return a + more_a, b + more_b
 
 
 def _plus(a: list[Array], b: list[Array]) -> list[Array]:

@@ -22,12 +22,9 @@ def pruned(system: DelaySystem) -> DelaySystem:
     keep = depends[:, driven].any(1) & depends[shown].any(0)
     x, w = np.flatnonzero(keep[:n]), np.flatnonzero(keep[n:])
     columns, rows = np.r_[0:r, r + w].astype(int), np.r_[0:p, p + w].astype(int)
-    B, C, D = (
-        system.B[np.ix_(x, columns)],
-        system.C[np.ix_(rows, x)],
-        system.D[np.ix_(rows, columns)],
-    )
-    return DelaySystem(system.A[np.ix_(x, x)], B, C, D, tuple(system.delays[j] for j in w))
+    A, B = system.A[np.ix_(x, x)], system.B[np.ix_(x, columns)]
+    C, D = system.C[np.ix_(rows, x)], system.D[np.ix_(rows, columns)]
+    return DelaySystem(A, B, C, D, tuple(system.delays[j] for j in w))
 
 
 def _dependences(system: DelaySystem) -> Array:

@@ -57,7 +57,9 @@ def poles(system: DelaySystem, n: int) -> Complex:
     A root that cancels against a zero, as the plant's own in a perfect Smith predictor, leaves no
     residue: the transfer function is integrated round each, order by order. Accuracy: see
     `rightmost`; a pole of order m is known to ε^{1/m}.
+    Errors: `LimitError` for more than can be worked out.
     """
+    check_roots(system, n)
     _check_number(n)
     hidden = 0
     while True:

@@ -115,11 +115,9 @@ class Signal(ABC):
     __radd__ = __add__
 
     def __neg__(self) -> Signal:
-        """The signal times −1."""
         return self.scaled(-1)
 
     def __sub__(self, other: object) -> Signal:
-        """The difference of two signals."""
         return self + -other if isinstance(other, Signal) else NotImplemented
 
     def __mul__(self, factor: object) -> Signal:
@@ -231,11 +229,8 @@ def _total(terms: Iterable[tuple[Fraction, Part]]) -> Signal:
             before = getattr(sums[key][1], part.size)
             part = replace(part, **{part.size: before + getattr(part, part.size)})
         sums[key] = (start, part)
-    rest = tuple(
-        (start, part)
-        for start, part in sums.values()
-        if not isinstance(part, Primitive) or getattr(part, part.size) != 0
-    )
+    sizes = [getattr(p, p.size) if isinstance(p, Primitive) else 1 for _, p in sums.values()]
+    rest = tuple(term for term, size in zip(sums.values(), sizes, strict=True) if size != 0)
     return rest[0][1] if len(rest) == 1 and rest[0][0] == 0 else Combination(rest)
 
 

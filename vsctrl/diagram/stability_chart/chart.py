@@ -71,9 +71,7 @@ class StabilityChart:
 
 
 def stability_chart(
-    system: Numeric,
-    ranges: Mapping[str, tuple[float, float]],
-    grid: tuple[int, int] = (36, 24),
+    system: Numeric, ranges: Mapping[str, tuple[float, float]], grid: tuple[int, int]
 ) -> StabilityChart:
     """See `System.stability_chart`."""
     names, box = _ranges(system, ranges)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -45,20 +44,13 @@ class BlockCoefficients:
 class Coefficients:
     """Every coefficient and delay of a diagram as one compiled function of its parameters."""
 
-    def __init__(self, diagram: Wiring, flat: Callable[..., Any], delays: list[sp.Expr]) -> None:
+    def __init__(self, diagram: Wiring) -> None:
         self._diagram = diagram
-        self._flat = flat
-        self._delays = delays
-
-    @classmethod
-    def compile(cls, diagram: Wiring) -> Coefficients:
-        """Compile the flat list of all coefficients and all delays of a diagram."""
         ratios = [block.rational for block in diagram.blocks]
-        delays = list({q: tau for ratio in ratios for q, tau in ratio.delays.items()}.values())
+        self._delays = list({q: tau for r in ratios for q, tau in r.delays.items()}.values())
         flat = [c for ratio in ratios for side in (ratio.num, ratio.den) for c in side.values()]
         symbols = list(diagram.parameters.values())
-        function = sp.lambdify(symbols, [*delays, *flat], modules="math", cse=True)
-        return cls(diagram, function, delays)
+        self._flat = sp.lambdify(symbols, [*self._delays, *flat], modules="math", cse=True)
 
     @cached_property
     def _delay_names(self) -> list[str]:

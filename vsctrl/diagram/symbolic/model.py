@@ -27,7 +27,7 @@ class Model(Solved):
     @cached_property
     def coefficients(self) -> Coefficients:
         """The compiled list of every block's coefficients and every delay."""
-        return Coefficients.compile(self)
+        return Coefficients(self)
 
     @cached_property
     def evaluator(self) -> Callable[[str, str], Callable[..., Any]]:

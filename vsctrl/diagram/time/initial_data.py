@@ -81,11 +81,7 @@ class InitialData:
     """What every signal was at t ≤ 0, and how that alone carries it on."""
 
     def __init__(
-        self,
-        diagram: Wiring,
-        blocks: list[BlockCoefficients],
-        pasts: dict[str, Past],
-        target: str,
+        self, diagram: Wiring, blocks: list[BlockCoefficients], pasts: dict[str, Past], target: str
     ) -> None:
         self.diagram, self.pasts, self.target = diagram, pasts, target
         self.dynamic_blocks: dict[str, DynamicBlock] = {}
@@ -109,9 +105,8 @@ class InitialData:
             return
         part = self.diagram.drivers[name]
         what = f"block {part.name!r}" if isinstance(part, Block) else f"the sum {part}"
-        leaves = [
-            leaf for leaf in (*self.diagram.inputs, *self.dynamic_blocks) if self._feeds(leaf, name)
-        ]
+        own = *self.diagram.inputs, *self.dynamic_blocks
+        leaves = [leaf for leaf in own if self._feeds(leaf, name)]
         raise InputError(
             f"response: history of {name!r} is not yours to give: {what} has no dynamics and "
             f"follows from what it is fed; name {' or '.join(map(repr, leaves)) or 'none'} instead."
