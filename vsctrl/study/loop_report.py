@@ -8,7 +8,6 @@ from typing import Any
 
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario, simulate
-from vsctrl.servo.results.outcome import outcome
 from vsctrl.study.stability import Stability, stability
 from vsctrl.study.tracking.comparison import Comparison, validate
 
@@ -35,7 +34,7 @@ class LoopReport:
             "scenario": {"digest": scenario.digest, **scenario.model_dump(mode="json")},
             **self.stability.data(),
             **self.comparison.data(),
-            "as_configured": None if run is None else outcome(run).data(),
+            "as_configured": None if run is None else run.data(),
             "beyond_theory": scenario.beyond_theory,
         }
 
