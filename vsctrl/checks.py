@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from numbers import Real
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,11 @@ def is_finite(value: Any) -> bool:
         return (isinstance(value, Real) or exact) and math.isfinite(value)
     except (OverflowError, TypeError):  # an integer that no float can hold; a positive symbol
         return False
+
+
+def is_whole(value: object) -> TypeGuard[int]:
+    """Whether this is a whole number of any size, and no truth value."""
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
 def number(name: str, value: Any, remedy: str = "a finite number") -> float:

@@ -439,9 +439,9 @@ def test_a_past_is_asked_no_further_back_than_the_delay():
 
 
 def test_a_smooth_past_is_one_piece_and_a_kink_is_found_where_it_is():
-    smooth = initial_function.resolve(np.cos, 1.0, sp.Rational(1, 2), "φ")
+    smooth = initial_function.approximate(np.cos, 1.0, sp.Rational(1, 2), "φ")
     assert len(smooth.coefficients) == 1
-    bent = initial_function.resolve(
+    bent = initial_function.approximate(
         lambda t: np.abs(t + 0.3), 0.3, initial_function.Fraction(7, 10), "φ"
     )
     assert bent.kinks == [initial_function.Fraction(-3, 10)]

@@ -106,7 +106,7 @@ def test_the_poles_annihilate_the_pulse_response(case):
         for pole in poles:
             filtered = filtered - pole * np.concatenate([[0.0], filtered[:-1]])
             size = size + np.abs(pole) * np.concatenate([[0.0], size[:-1]])
-        rest = slice(channel.recursion.order + 1, None)
+        rest = slice(channel.difference_equation.order + 1, None)
         assert (np.abs(filtered[rest]) <= 1e-10 * np.maximum(size[rest], 1.0)).all()
 
 

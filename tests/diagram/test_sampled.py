@@ -347,7 +347,7 @@ def test_both_ways_to_the_poles_agree(period, cancelled):
     source, target = system.diagram.inputs[0], system.diagram.outputs[0]
     channel = system.sampled(period)[source, target]
     found = channel.poles()
-    dense = by_modulus(np.linalg.eigvals(channel.recursion.state_space()[0]))
+    dense = by_modulus(np.linalg.eigvals(channel.difference_equation.state_space()[0]))
     assert cancelled or len(found) == len(dense)
     # Where a register empties itself, eigenvalues below 0.5 are its rounding.
     known = dense[np.abs(dense) > (0.6 if cancelled else 0)]

@@ -7,32 +7,25 @@ function, to the module that knows how, and wraps what comes back in the ecosyst
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.checks import decimal, frequencies, points, quoted
+from vsctrl.checks import frequencies, quoted
 from vsctrl.checks import side as side_of
-from vsctrl.diagram.frequency import high_frequency
-from vsctrl.diagram.frequency import margins as frequency
-from vsctrl.diagram.frequency import value as frequency_value
-from vsctrl.diagram.pade import order as pade
-from vsctrl.diagram.realisation import assembly, delay_system
-from vsctrl.diagram.realisation.numeric import Numeric
+from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain
+from vsctrl.diagram.frequency.margins import Margins, margins
+from vsctrl.diagram.frequency.numeric_channel import NumericChannel
+from vsctrl.diagram.pade import order as pade_order
 from vsctrl.diagram.roots import argument_principle, rightmost
-from vsctrl.diagram.roots.rightmost import check_roots
 from vsctrl.diagram.signals.signal import Signal
-from vsctrl.diagram.time import from_history as remembered
-from vsctrl.diagram.time import response as rest
-from vsctrl.diagram.time.response import check_signal, checked_times
-from vsctrl.errors import InputError
+from vsctrl.diagram.time import from_history
+from vsctrl.diagram.time.response import check_signal, checked_times, from_rest
+from vsctrl.errors import InputError, nearest
 
 if TYPE_CHECKING:
     import control
-    import sympy as sp
 
     from vsctrl.diagram.pade.model import PadeModel
 
@@ -40,43 +33,8 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
-@dataclass(frozen=True)
-class Channel:
+class Channel(NumericChannel):
     """A transfer function between two signals of a `System`, `sign` included."""
-
-    system: Numeric
-    source: str
-    target: str
-    sign: int = 1
-
-    def __post_init__(self) -> None:
-        self.system.diagram.check_channel(self.source, self.target)
-
-    @property
-    def expr(self) -> sp.Expr:
-        """The exact transfer function in s, numbers put in."""
-        diagram = self.system.diagram
-        numbers = {
-            diagram.parameters[name]: decimal(f"at: {name}", value)
-            for name, value in self.system.values.items()
-        }
-        return self.sign * diagram.transfer(self.source, self.target).subs(numbers)
-
-    @cached_property
-    def realisation(self) -> delay_system.DelaySystem:
-        """State space plus delay channels; errors for an improper channel."""
-        system = self.system
-        return assembly.realise(system.diagram, system.blocks, (self.source,), (self.target,))
-
-    def __call__(self, s: ArrayLike) -> Any:
-        """The exact value at complex s (rad/s), any shape; infinite at a pole.
-
-        Errors: `InputError` where s is not finite.
-        """
-        at = points("channel: s", s)
-        value = frequency_value.value(self.system, self.source, self.target, at)
-        value = value if self.sign > 0 else np.negative(value, out=value)
-        return value if at.ndim else complex(value)
 
     def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
         """The exact response at ω (rad/s), for python-control's plots.
@@ -86,14 +44,8 @@ class Channel:
         import control
 
         w = frequencies("frequency_response: omega", omega)
-        return control.FrequencyResponseData(
-            self(1j * w),
-            w,
-            smooth=False,
-            inputs=self.source,
-            outputs=self.target,
-            name=self.label,
-        )
+        names = {"inputs": self.source, "outputs": self.target, "name": self.label}
+        return control.FrequencyResponseData(self(1j * w), w, smooth=False, **names)
 
     @property
     def label(self) -> str:
@@ -130,23 +82,15 @@ class Channel:
 
         times = checked_times(t)
         u = signal(times, side)
+        ends = self.system, self.source, self.target
         if history is None:
-            y = self.sign * rest.from_rest(
-                self.system, self.source, self.target, signal, times, side
-            )
+            y = from_rest(*ends, signal, times, side)
         else:
-            y, before = remembered.respond(
-                self.system, self.source, self.target, signal, history, times, side
-            )
-            y = self.sign * y
+            y, before = from_history.respond(*ends, signal, history, times, side)
             u = np.where((times == 0) & (side == "left"), before, u)
+        labels = {"input_labels": [self.source], "output_labels": [self.target]}
         return control.TimeResponseData(
-            times,
-            y.T,
-            inputs=u[None, :],
-            issiso=True,
-            input_labels=[self.source],
-            output_labels=[self.target],
+            times, self.sign * y.T, inputs=u[None, :], issiso=True, **labels
         )
 
     def poles(self, n: int = 6) -> Complex:
@@ -155,7 +99,6 @@ class Channel:
         Characteristic roots that the channel's input does not excite or its output does not show
         are left out. Errors: `InputError` and `LimitError` for n, as for `System.poles`.
         """
-        check_roots(self.realisation, n)
         return rightmost.poles(self.realisation, n)
 
     def pade(
@@ -171,18 +114,23 @@ class Channel:
         Either of a given `order`, 1 to 40, or of the smallest whose relative error over `band`
         (rad/s) is at most `tol`; without a band, from 0 to where the longest delay has turned the
         phase by 2π. The model shows its own error, `PadeModel.error`, `.worst` and `.step_error`.
+        Of an opened loop ``on="margins"`` makes `tol` that of the gain, phase and delay margins and
+        of the peak sensitivity, relative to the exact ones; the loop of the model is then stable if
+        and only if the exact one is.
         Errors: `InputError` for neither or both, for one that is not usable, and where no order
-        reaches the tolerance, and for ``on="margins"``, which only an opened loop has.
+        reaches the tolerance, and for ``on="margins"`` of a channel that is no opened loop.
         """
-        if not isinstance(on, str) or on != "response":
-            raise InputError(
-                f"pade: on = {quoted(on)} is of no use here, as only a loop opened by "
-                "system.open(…) has margins; leave it out or open the loop."
-            )
-        return pade.model(self, order, tol, band)
+        if isinstance(on, str) and on == "response":
+            return pade_order.model(self, order, tol, band)
+        return self._pade_on(on, order, tol, band)
+
+    def _pade_on(self, on: object, order: object, tol: object, band: object) -> PadeModel:
+        raise InputError(
+            f"pade: on = {quoted(on)} is of no use here, as only a loop opened by "
+            "system.open(…) has margins; leave it out or open the loop."
+        )
 
 
-@dataclass(frozen=True)
 class OpenLoop(Channel):
     """L of a return difference 1 + L."""
 
@@ -191,7 +139,7 @@ class OpenLoop(Channel):
         """What plots are to call it."""
         return f"L, opened at {self.target}"
 
-    def margins(self) -> frequency.Margins:
+    def margins(self) -> Margins:
         """Gain, phase and delay margins, sensitivity peak and all crossings, exact.
 
         `stable` speaks of this loop closed: what lies outside of it is left to `System.poles`.
@@ -204,30 +152,18 @@ class OpenLoop(Channel):
                 f"margins: the loop through {self.target!r} is algebraic and singular: what L lets "
                 "through at once is −1, and 1 + L has no inverse; check gains and signs."
             )
-        late = np.array([float(tau) for tau in system.delays])
+        tau = system.tau
         with np.errstate(over="ignore"):
-            rates = np.concatenate([np.abs(np.linalg.eigvals(system.A)), 1 / late])
+            rates = np.concatenate([np.abs(np.linalg.eigvals(system.A)), 1 / tau])
         # Roots are known to the rounding of the longest delay's inverse.
-        line = -1e-12 / max(1.0, float(late.max(initial=0.0)))
+        line = -1e-12 / max(1.0, float(tau.max(initial=0.0)))
         unstable = argument_principle.count_right_of(system.closed(), line)
-        far = high_frequency.HighFrequencyGain.of(system, self.sign)
+        far = HighFrequencyGain.of(system, self.sign)
         with np.errstate(over="ignore", invalid="ignore"):  # |L|² beside a pole on the axis
-            return frequency.margins(self, rates, float(late.sum()), unstable, far)
+            return margins(self, rates, float(tau.sum()), unstable, far)
 
-    def pade(
-        self,
-        order: int | None = None,
-        *,
-        tol: float | None = None,
-        band: tuple[float, float] | None = None,
-        on: str = "response",
-    ) -> PadeModel:
-        """L with each delay replaced by its Padé model, of a given order or to a tolerance.
-
-        With ``on="margins"``, `tol` is that of the gain, phase and delay margins and of the peak
-        sensitivity, relative to the exact ones; the loop of the model is then stable if and only
-        if the exact one is. The rest is as for any `Channel`.
-        """
-        if isinstance(on, str) and on == "response":
-            return super().pade(order, tol=tol, band=band)
-        return pade.model_for(self, order, tol, band, on)
+    def _pade_on(self, on: object, order: object, tol: object, band: object) -> PadeModel:
+        if on != "margins":
+            hint = nearest(on, ("response", "margins"))
+            raise InputError(f"pade: on = {on!r} is unknown{hint}; give 'response' or 'margins'.")
+        return pade_order.model_for(self, self.margins, order, tol, band)

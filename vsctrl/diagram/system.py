@@ -17,17 +17,16 @@ from numpy.typing import ArrayLike, NDArray
 from vsctrl.checks import number, quoted, reals
 from vsctrl.diagram.channel import Channel, OpenLoop
 from vsctrl.diagram.consistency import crosscheck
-from vsctrl.diagram.realisation import reduction
+from vsctrl.diagram.description.wiring import is_channel
 from vsctrl.diagram.realisation.numeric import Numeric
+from vsctrl.diagram.realisation.reduction import delays_in_loops
 from vsctrl.diagram.roots import argument_principle, rightmost
-from vsctrl.diagram.roots.rightmost import check_roots
 from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
     from vsctrl.diagram.sampled.system import SampledSystem
     from vsctrl.diagram.stability_chart.chart import StabilityChart
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 #: −Re s times the delays beyond which e^{−sτ} is no float; the largest is e^709.
@@ -40,7 +39,7 @@ class System(Numeric):
 
     def __getitem__(self, channel: tuple[str, str]) -> Channel:
         """The channel from an input to any signal, ``system["S_ref", "S"]``."""
-        if not _is_pair(channel):
+        if not is_channel(channel):
             raise InputError(f"{quoted(channel)} is no channel; write system['input', 'output'].")
         return Channel(self, *channel)
 
@@ -76,7 +75,7 @@ class System(Numeric):
         Errors: `InputError` for an n that is no whole number of 0 or more; `LimitError` for more
         than can be worked out, which are about 2000 per delay in a loop.
         """
-        check_roots(self.autonomous, n)
+        rightmost.check_roots(self.autonomous, n)
         return rightmost.rightmost(self.autonomous, n)
 
     def check(self) -> crosscheck.CrossCheck:
@@ -89,11 +88,11 @@ class System(Numeric):
         Errors: `InputError` where sigma is not finite, or so far left that e^{−sigma τ} overflows.
         """
         line = number("roots_right_of: sigma", sigma, "a finite number of rad/s")
-        late = float(sum(reduction.delays_in_loops(self.autonomous).delays))
-        if -line * late > FARTHEST:
+        delay_s = float(sum(delays_in_loops(self.autonomous).delays))
+        if -line * delay_s > FARTHEST:
             raise InputError(
                 f"roots_right_of: sigma = {line:g} rad/s lies too far left for the delays of "
-                f"{late:g} s in all; give one of {-FARTHEST / late:.4g} rad/s or more."
+                f"{delay_s:g} s in all; give one of {-FARTHEST / delay_s:.4g} rad/s or more."
             )
         return argument_principle.roots_right_of(self.autonomous, line)
 
@@ -106,13 +105,13 @@ class System(Numeric):
         """
         if not isinstance(parameter, str):
             raise InputError(f"root_locus: {quoted(parameter)} is no parameter; give its name.")
-        given = reals(values)
-        if given is None or not given.size:
+        numbers = reals(values)
+        if numbers is None or not numbers.size:
             raise InputError(
                 f"root_locus: values = {quoted(values)} is not usable; "
                 "give one finite real number or more."
             )
-        rows = [self.with_(**{parameter: v}).poles(n)[:n] for v in given.ravel().tolist()]
+        rows = [self.with_(**{parameter: v}).poles(n)[:n] for v in numbers.ravel().tolist()]
         return np.array([np.pad(row, (0, n - len(row)), constant_values=np.nan) for row in rows])
 
     def stability_chart(
@@ -145,8 +144,3 @@ class System(Numeric):
     def unstable_roots(self) -> float:
         """How many characteristic roots lie on or right of the imaginary axis, maybe infinite."""
         return argument_principle.count_right_of(self.autonomous, -1e-12)
-
-
-def _is_pair(channel: object) -> bool:
-    pair = isinstance(channel, tuple) and len(channel) == 2
-    return pair and all(isinstance(name, str) for name in channel)  # type: ignore[attr-defined]

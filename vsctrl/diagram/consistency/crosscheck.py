@@ -10,20 +10,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.diagram.consistency import sampled_limit
+from vsctrl.diagram.consistency.faces import System
+from vsctrl.diagram.frequency.numeric_channel import NumericChannel
+from vsctrl.diagram.pade import order as pade_order
+from vsctrl.diagram.roots import rightmost
 from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.time import collocation
 from vsctrl.errors import ImproperError, InputError, LimitError
 from vsctrl.symbols import s
 from vsctrl.tables import Printed, html, text
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.consistency.faces import Channel, System
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -33,7 +34,7 @@ TINY = 1e-300
 
 
 @dataclass(frozen=True)
-class Line:
+class Check:
     """One comparison: the largest difference found, and the one that rounding explains."""
 
     channel: str
@@ -52,7 +53,7 @@ class Line:
 class CrossCheck(Printed):
     """All comparisons of one system; `passed` if every one of them did."""
 
-    lines: tuple[Line, ...]
+    lines: tuple[Check, ...]
 
     @property
     def passed(self) -> bool:
@@ -81,47 +82,41 @@ class CrossCheck(Printed):
 
 def crosscheck(system: System) -> CrossCheck:
     """Hold all faces of every channel from an input to an output to each other."""
-    lines: list[Line] = []
-    for source in system.diagram.inputs:
-        for target in system.diagram.outputs:
-            lines += _channel(system, system[source, target])
-    return CrossCheck(tuple(lines))
+    pairs = product(system.diagram.inputs, system.diagram.outputs)
+    return CrossCheck(tuple(check for pair in pairs for check in _channel(system, system[pair])))
 
 
-def _channel(system: System, channel: Channel) -> list[Line]:
+def _channel(system: System, channel: NumericChannel) -> list[Check]:
     name = f"{channel.source} → {channel.target}"
-    points = _points(channel)
+    # Frequencies on and off the axis, two decades round the channel's own.
+    omega = np.geomspace(0.05, 5.0, 7) / _unit(channel)
+    points = np.concatenate([1j * omega, (0.3 + 1j) * omega[:4]])
     exact = channel(points)
     scale = 1 + np.abs(exact)
     symbolic = np.array([complex(channel.expr.subs("s", point).evalf(30)) for point in points])
-    lines = [
-        Line(
-            name,
-            "compiled against symbolic, 30 digits",
-            _largest(exact - symbolic, scale),
-            1e-12 * _turn(channel, points),
-        )
-    ]
+    difference, allowed = (
+        _largest(exact - symbolic, scale),
+        1e-12 * _phase_rounding(channel, points),
+    )
+    compiled = Check(name, "compiled against symbolic, 30 digits", difference, allowed)
     try:
         realised = channel.realisation.transfer(points)[:, 0, 0] * channel.sign
     except ImproperError as error:  # any other refusal is the user's to see
-        return [*lines, Line(name, "state space", 0.0, 0.0, f"left out: {error}")]
-    lines.append(
-        Line(name, "state space against compiled", _largest(realised - exact, scale), 1e-9)
-    )
+        return [compiled, Check(name, "state space", 0.0, 0.0, f"left out: {error}")]
     return [
-        *lines,
+        compiled,
+        Check(name, "state space against compiled", _largest(realised - exact, scale), 1e-9),
         _roots(channel, name),
-        *_time(channel, name),
-        *_pade(channel, name, points, exact),
+        _time(channel, name),
+        *_pade(channel, name, points),
         *_sampled(system, channel, name),
     ]
 
 
-def _time(channel: Channel, name: str) -> list[Line]:
+def _time(channel: NumericChannel, name: str) -> Check:
     """The Laplace transform of the computed step response against H(s)/s, right of all poles."""
-    rightmost = max((root.real for root in channel.poles(1)), default=-1.0)
-    right, unit = max(rightmost, 0.0), _unit(channel)
+    growth = max((root.real for root in rightmost.poles(channel.realisation, 1)), default=-1.0)
+    right, unit = max(growth, 0.0), _unit(channel)
     for _ in range(8):
         # What rises late, behind many lags, weighs little at a large σ: less than its own tail.
         sigma = right + 4 / unit
@@ -131,67 +126,65 @@ def _time(channel: Channel, name: str) -> list[Line]:
     # With Re s = σ the tail beyond `end` weighs e^(−(σ − right) end) = 1e-14.
     end = 32 / (sigma - right)
     trajectory = collocation.solve(channel.realisation, Step(), end)
-    at = sigma + 1j * np.array([0.0, 1.0, 3.0]) / unit
-    transform = channel.sign * _transform(trajectory, at)
-    exact = channel(at) / at
+    points = sigma + 1j * np.array([0.0, 1.0, 3.0]) / unit
+    transform = channel.sign * _transform(trajectory, points)
+    exact = channel(points) / points
     # A channel that is zero has no size of its own.
     scale = np.abs(exact) + unit * np.abs(channel(sigma)) + TINY
     difference = _largest(transform - exact, scale)
-    return [Line(name, "step response against inverse transform", difference, 1e-9)]
+    return Check(name, "step response against inverse transform", difference, 1e-9)
 
 
-def _transform(trajectory: collocation.Trajectory, at: Complex) -> Complex:
+def _transform(trajectory: collocation.Trajectory, points: Complex) -> Complex:
     """∫ y(t) e^{−st} dt piece by piece, by Gauss quadrature on pieces no longer than 1/|s|."""
     nodes, weights = np.polynomial.legendre.leggauss(24)
-    out = np.zeros(len(at), complex)
+    out = np.zeros(len(points), complex)
     for a, b in zip(trajectory.ends[:-1], trajectory.ends[1:], strict=True):
-        parts = max(1, math.ceil((b - a) * float(np.abs(at).max()) / 4))
+        parts = max(1, math.ceil((b - a) * float(np.abs(points).max()) / 4))
         edges = np.linspace(a, b, parts + 1)
         t = (edges[:-1, None] + edges[1:, None]) / 2 + np.diff(edges)[:, None] / 2 * nodes
         w = np.diff(edges)[:, None] / 2 * weights
         y = trajectory(t.ravel())[:, 0]
-        out += np.exp(-np.outer(at, t.ravel())) @ (w.ravel() * y)
+        out += np.exp(-np.outer(points, t.ravel())) @ (w.ravel() * y)
     return out
 
 
-def _pade(channel: Channel, name: str, points: Complex, exact: Complex) -> list[Line]:
+def _pade(channel: NumericChannel, name: str, points: Complex) -> list[Check]:
     """Padé models converge: order 8 is nearer than order 4, below the frequency both can follow."""
-    late = sum(float(tau) for tau in channel.realisation.delays)
-    if not late:
-        return []
-    low = points[np.abs(points) * late < 3]
-    if not len(low):
+    delay_s = sum(channel.realisation.tau.tolist())
+    low = points[np.abs(points) * delay_s < 3]
+    if not delay_s or not len(low):
         return []
     reference = channel(low)
-    errors = [
-        _largest(np.array([channel.pade(order)(point) for point in low]) - reference, 1.0)
-        for order in (4, 8)
-    ]
+    models = [pade_order.model(channel, order, None, None) for order in (4, 8)]
+    errors = [_largest(np.array([m(point) for point in low]) - reference, 1.0) for m in models]
     size = 1 + float(np.abs(reference).max())
-    return [Line(name, "Padé 8 against exact, ωτ < 3", errors[1], max(1e-9 * size, errors[0] / 10))]
+    return [
+        Check(name, "Padé 8 against exact, ωτ < 3", errors[1], max(1e-9 * size, errors[0] / 10))
+    ]
 
 
-def _sampled(system: System, channel: Channel, name: str) -> list[Line]:
+def _sampled(system: System, channel: NumericChannel, name: str) -> list[Check]:
     """The sampled twin nears the continuous channel with first order as its period shrinks."""
     faces = "sampled against continuous, T → 0"
     try:
-        found = sampled_limit.approach(system, channel, _unit(channel))
+        errors = sampled_limit.approach(system, channel, _unit(channel))
     except (InputError, LimitError) as error:  # not every diagram has a twin, and check() asks all
-        return [Line(name, faces, 0.0, 0.0, f"left out: {error}")]
-    note = f"{found.hold!r} held, T = {found.period / 4:.2g} s"
-    halved, left = sampled_limit.HALVED * found.half, sampled_limit.LEFT * found.quarter
+        return [Check(name, faces, 0.0, 0.0, f"left out: {error}")]
+    note = f"{errors.hold!r} held, T = {errors.period / 4:.2g} s"
+    halved, rest = sampled_limit.HALVED * errors.half, sampled_limit.LEFT * errors.quarter
     return [
-        Line(name, faces, found.quarter, max(1e-9, halved), note),
-        Line(name, "sampled, extrapolated to T = 0", found.extrapolated, max(1e-9, left)),
+        Check(name, faces, errors.quarter, max(1e-9, halved), note),
+        Check(name, "sampled, extrapolated to T = 0", errors.extrapolated, max(1e-9, rest)),
     ]
 
 
-def _roots(channel: Channel, name: str) -> Line:
+def _roots(channel: NumericChannel, name: str) -> Check:
     """Each pole against the symbolic denominator D: its distance from a zero of D.
 
     That is |D/D'|, or √|2D/D''| beside a double zero, where D' is rounding too.
     """
-    poles = channel.poles(4)
+    poles = rightmost.poles(channel.realisation, 4)
     below = channel.expr.as_numer_denom()[1]
     forms = [below, below.diff(s), below.diff(s, 2)]
     unit = _unit(channel)
@@ -202,39 +195,28 @@ def _roots(channel: Channel, name: str) -> Line:
         double = math.sqrt(2 * value / bend) if bend else math.inf
         steps.append(min(single, double) / (abs(pole) + 1 / unit) if value else 0.0)
     # √ε is what a double root can be known to.
-    return Line(
-        name,
-        "poles against symbolic denominator",
-        max(steps, default=0.0),
-        1e-7,
-        "" if len(poles) else "no poles",
-    )
+    note = "" if len(poles) else "no poles"
+    return Check(name, "poles against symbolic denominator", max(steps, default=0.0), 1e-7, note)
 
 
-def _points(channel: Channel) -> Complex:
-    """Frequencies on and off the axis, two decades round the channel's own."""
-    omega = np.geomspace(0.05, 5.0, 7) / _unit(channel)
-    return np.concatenate([1j * omega, (0.3 + 1j) * omega[:4]])
-
-
-def _unit(channel: Channel) -> float:
+def _unit(channel: NumericChannel) -> float:
     """The channel's own unit of time, s: its longest delay or slowest open rate."""
     try:
         system = channel.realisation
     except InputError:
         return 1.0
     rates = np.abs(np.linalg.eigvals(system.A)) if len(system.A) else np.zeros(0)
-    times = [float(tau) for tau in system.delays] + [1 / rate for rate in rates if rate > 1e-9]
+    times = [*system.tau.tolist(), *(1 / rate for rate in rates if rate > 1e-9)]
     return max(times, default=1.0)
 
 
-def _turn(channel: Channel, points: Complex) -> float:
+def _phase_rounding(channel: NumericChannel, points: Complex) -> float:
     """How much the rounding of sτ adds: e^{−sτ} is known to |s| τ ε."""
     try:
-        late = sum(float(tau) for tau in channel.realisation.delays)
+        delay_s = sum(channel.realisation.tau.tolist())
     except InputError:
         return 1.0
-    return 1 + late * float(np.abs(points).max())
+    return 1 + delay_s * float(np.abs(points).max())
 
 
 def _largest(difference: Complex, scale: Array | float) -> float:

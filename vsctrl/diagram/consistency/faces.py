@@ -1,37 +1,11 @@
-"""What the cross-check asks of the faces that it holds to each other."""
+"""What the cross-check asks of a system whose faces it holds to each other."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
-from numpy.typing import ArrayLike
-
-if TYPE_CHECKING:
-    import sympy as sp
-
-    from vsctrl.diagram.description.wiring import Wiring
-    from vsctrl.diagram.realisation.delay_system import DelaySystem
-    from vsctrl.diagram.realisation.numeric import Numeric
-
-
-class Channel(Protocol):
-    """An exact channel."""
-
-    @property
-    def system(self) -> Numeric: ...
-    @property
-    def source(self) -> str: ...
-    @property
-    def target(self) -> str: ...
-    @property
-    def sign(self) -> int: ...
-    @property
-    def expr(self) -> sp.Expr: ...
-    @property
-    def realisation(self) -> DelaySystem: ...
-    def __call__(self, s: ArrayLike) -> Any: ...
-    def poles(self, n: int) -> Any: ...
-    def pade(self, order: int) -> Any: ...
+from vsctrl.diagram.description.wiring import Wiring
+from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 
 
 class System(Protocol):
@@ -39,5 +13,5 @@ class System(Protocol):
 
     @property
     def diagram(self) -> Wiring: ...
-    def __getitem__(self, channel: tuple[str, str]) -> Channel: ...
+    def __getitem__(self, channel: tuple[str, str]) -> NumericChannel: ...
     def sampled(self, period: float, hold: str, digital: dict[str, str]) -> Any: ...

@@ -9,29 +9,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.diagram.consistency.faces import System
+from vsctrl.diagram.description.wiring import Wiring
+from vsctrl.diagram.frequency.numeric_channel import NumericChannel
+from vsctrl.diagram.numerics.graphs import reached
+from vsctrl.diagram.realisation.delay_system import common_divisor
 from vsctrl.errors import InputError
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.consistency.faces import Channel, System
-    from vsctrl.diagram.description.wiring import Wiring
 
 Complex = NDArray[np.complex128]
 
-#: Periods in the channel's unit of time: short enough that the error is of first order …
-PERIODS = 100
-#: … for most; a diagram with much faster parts than that unit is given shorter ones.
-SHORTER = (1, 8, 64)
+PERIODS = 100  #: in the channel's unit of time: mostly enough for an error of first order
+SHORTER = (1, 8, 64)  #: shorter periods, for a diagram with parts much faster than that unit
 MOST_PERIODS = 100_000
-#: The error is to fall to this share when T is halved: 0.5 and a little for the second order.
-HALVED = 0.6
-#: What extrapolation is to leave of the error.
-LEFT = 0.05
+HALVED = 0.6  #: of the error may be left when T is halved: 0.5 and a little for second order
+LEFT = 0.05  #: of the error that extrapolation may leave
 
 
 @dataclass(frozen=True)
@@ -47,44 +42,21 @@ class Approach:
     @property
     def first_order(self) -> bool:
         """Whether the error halves and extrapolation removes it, or there is none."""
-        return (
-            self.quarter <= max(1e-9, HALVED * self.half)
-            and self.extrapolated <= max(1e-9, LEFT * self.quarter)
-        )  # fmt: skip
+        halved = self.quarter <= max(1e-9, HALVED * self.half)
+        return halved and self.extrapolated <= max(1e-9, LEFT * self.quarter)
 
 
-def approach(system: System, channel: Channel, unit: float) -> Approach:
+def approach(system: System, channel: NumericChannel, unit: float) -> Approach:
     """The twin of a channel at ever shorter periods, beginning at a fraction of `unit` (s).
 
     Errors: `InputError` where no signal can be held, and for delays that share no period.
     """
     period = _period(channel, unit)
-    digital = {
-        block.name: "backward"
-        for block in channel.system.blocks
-        if max((k for k, _ in block.num), default=0) > max(k for k, _ in block.den)
-    }
-    refused: InputError | None = None
-    for hold in _candidates(channel.system.diagram, channel.source, channel.target):
-        try:
-            for shorter in SHORTER:
-                found = _errors(system, channel, unit, period / shorter, hold, digital)
-                if found.first_order:
-                    break
-        except InputError as error:
-            refused = refused or error
-            continue
-        return found
-    raise refused or InputError("sampled: nothing in this channel can be held.")
-
-
-def _errors(
-    system: System, channel: Channel, unit: float, period: float, hold: str, digital: dict[str, str]
-) -> Approach:
+    digital = {block.name: "backward" for block in channel.system.blocks if block.improper}
     omega = np.array([0.1, 0.4, 1.0, 2.0]) / unit
     exact: Complex = channel(1j * omega)
 
-    def value(T: float) -> Complex:
+    def value(T: float, hold: str) -> Complex:
         twin = system.sampled(T, hold, digital)[channel.source, channel.target]
         return np.asarray(channel.sign * twin(np.exp(1j * omega * T)), complex)
 
@@ -92,19 +64,27 @@ def _errors(
         worst = float((np.abs(H - exact) / (1 + np.abs(exact))).max())
         return worst if math.isfinite(worst) else math.inf
 
-    half, quarter = value(period / 2), value(period / 4)
-    return Approach(hold, period, error(half), error(quarter), error(2 * quarter - half))
+    refused: InputError | None = None
+    for hold in _candidates(channel.system.diagram, channel.source, channel.target):
+        try:
+            for T in (period / shorter for shorter in SHORTER):
+                half, quarter = value(T / 2, hold), value(T / 4, hold)
+                extrapolated = error(2 * quarter - half)
+                errors = Approach(hold, T, error(half), error(quarter), extrapolated)
+                if errors.first_order:
+                    break
+            return errors
+        except InputError as reason:
+            refused = refused or reason
+    raise refused or InputError("sampled: nothing in this channel can be held.")
 
 
-def _period(channel: Channel, unit: float) -> float:
+def _period(channel: NumericChannel, unit: float) -> float:
     """A period of which every delay is a whole multiple, or its error would not be smooth in T."""
-    delays = {
-        tau for b in channel.system.blocks for side in (b.num, b.den) for _, tau in side if tau
-    }
+    delays = set().union(*(block.delays for block in channel.system.blocks)) - {0}
     if not delays:
         return unit / PERIODS
-    below = math.lcm(*(tau.denominator for tau in delays))
-    common = Fraction(math.gcd(*(int(tau * below) for tau in delays)), below)
+    common = common_divisor(delays)
     if common * MOST_PERIODS < unit:
         raise InputError(
             f"sampled: the delays have no common period above {float(common):g} s on which to "
@@ -119,17 +99,7 @@ def _candidates(diagram: Wiring, source: str, target: str) -> list[str]:
     for part in diagram.parts:
         for name in part.inputs:
             after[name].add(part.output)
-
-    def reached(start: str) -> set[str]:
-        seen: set[str] = set()
-        todo = [start]
-        while todo:
-            new = after[todo.pop()] - seen
-            seen |= new
-            todo += new
-        return seen
-
-    reach = {name: reached(name) for name in after}
-    loops = [name for name in diagram.signals if name in reach[name]]
-    on_the_way = [n for n in loops if n in reach[source] and (n == target or target in reach[n])]
+    follow = {name: reached(after[name], after.__getitem__) for name in after}
+    loops = [name for name in diagram.signals if name in follow[name]]
+    on_the_way = [n for n in loops if n in follow[source] and (n == target or target in follow[n])]
     return [*on_the_way, *(n for n in loops if n not in on_the_way), source]

@@ -1,7 +1,7 @@
 """The parts of a block diagram: blocks rational in s with constant delays, and sums.
 
 A block's expression is read once, here, into polynomials in s and in one symbol per delay,
-so that no later step has to take an ``exp`` apart again. Wiring them up is left to `diagram`.
+so that no later step has to take an ``exp`` apart again. Wiring them up is left to `wiring`.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ class Sum:
     terms: tuple[tuple[int, str], ...] = field(init=False)  #: (±1, signal)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.equation, str) or not (found := _SUM.fullmatch(self.equation)):
+        if not isinstance(self.equation, str) or not (match := _SUM.fullmatch(self.equation)):
             raise InputError(
                 f"Sum: {quoted(self.equation)} is no equation; write it like 'e = S_ref - S_meas'."
             )
         terms: list[tuple[int, str]] = []
-        rest = found["terms"]
+        rest = match["terms"]
         while rest:
             term = _TERM.match(rest)
             if not term or (terms and not term["sign"]):
@@ -60,7 +60,7 @@ class Sum:
                 f"Sum: signal {twice!r} appears twice in {self.equation!r}; "
                 "put a Block with the gain you mean in front of the sum."
             )
-        object.__setattr__(self, "output", signal_name(found["out"], self.equation))
+        object.__setattr__(self, "output", signal_name(match["out"], self.equation))
         object.__setattr__(self, "terms", tuple(terms))
 
     @property
@@ -107,14 +107,14 @@ class Block:
                 f"Block: the name {quoted(self.name)} is empty; give every block a name."
             )
         expr = _expression(control_systems.expression(self.expr, self.name), self.name)
-        if not isinstance(self.wiring, str) or not (found := _ARROW.fullmatch(self.wiring)):
+        if not isinstance(self.wiring, str) or not (match := _ARROW.fullmatch(self.wiring)):
             raise InputError(
                 f"Block {self.name!r}: the wiring {quoted(self.wiring)} is not understood; "
                 "write it like 'u -> y'."
             )
         object.__setattr__(self, "expr", expr)
-        object.__setattr__(self, "input", signal_name(found["input"], self.wiring))
-        object.__setattr__(self, "output", signal_name(found["output"], self.wiring))
+        object.__setattr__(self, "input", signal_name(match["input"], self.wiring))
+        object.__setattr__(self, "output", signal_name(match["output"], self.wiring))
         object.__setattr__(self, "rational", Rational.of(expr, self.name))
 
     @property
@@ -191,15 +191,15 @@ def delays_as_symbols(expr: sp.Expr, name: str) -> tuple[sp.Expr, dict[sp.Symbol
                 "its exponent must be linear in s, like exp(-tau*s)."
             )
         product = sp.exp(rest)
-        late = -slope
-        if late.is_negative:
+        delay = -slope
+        if delay.is_negative:
             raise InputError(
                 f"Block {name!r}: exp({exponent}) predicts the future; "
                 "a delay of tau seconds is written exp(-tau*s)."
             )
-        terms = sp.Add.make_args(late)
+        terms = sp.Add.make_args(delay)
         # A difference of delays may be one; only its value, in `at`, can tell.
-        for term in [late] if any(term.is_negative for term in terms) else terms:
+        for term in [delay] if any(term.is_negative for term in terms) else terms:
             factor, base = term.as_coeff_Mul()
             if not (factor.is_Integer and factor > 0 and not base.is_number):
                 factor, base = sp.Integer(1), term
@@ -217,7 +217,8 @@ def _terms(expr: sp.Expr, gens: tuple[sp.Symbol, ...], name: str) -> dict[Any, s
         poly = sp.Poly(expr, *gens)
     except sp.PolynomialError:
         poly = None
-    if poly is None or poly.free_symbols_in_domain & set(gens) or _hidden(poly, gens):
+    hidden = poly is not None and any(c.has(*gens) for c in poly.coeffs())
+    if poly is None or poly.free_symbols_in_domain & set(gens) or hidden:
         raise InputError(
             f"Block {name!r}: {expr} is neither rational in s nor a delay exp(-tau*s); "
             "approximate other functions of s by a rational one."
@@ -226,10 +227,6 @@ def _terms(expr: sp.Expr, gens: tuple[sp.Symbol, ...], name: str) -> dict[Any, s
         (powers[0], tuple((q, n) for q, n in zip(gens[1:], powers[1:], strict=True) if n)): c
         for powers, c in poly.terms()
     }
-
-
-def _hidden(poly: sp.Poly, gens: tuple[sp.Symbol, ...]) -> bool:
-    return any(coefficient.has(*gens) for coefficient in poly.coeffs())
 
 
 def _expression(value: Any, name: str) -> sp.Expr:

@@ -1,4 +1,4 @@
-"""Numbers and systems from elsewhere, made exact: floats as decimals, python-control's as formulas.
+"""Systems of python-control as formulas, their floats as the decimals that they print.
 
 python-control is not imported here: only one who has made a system of it can hand one over.
 """
@@ -6,7 +6,6 @@ python-control is not imported here: only one who has made a system of it can ha
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
 from typing import Any
 
 import sympy as sp
@@ -43,12 +42,9 @@ def expression(value: Any, name: str) -> Any:
         )
     if isinstance(value, control.StateSpace):
         return _from_states(value, name)
-    num, den = (_polynomial(side[0][0], name) for side in (value.num, value.den))
+    sides = ([_exact(c, name) for c in side[0][0]] for side in (value.num, value.den))
+    num, den = (sp.Poly(coefficients, s).as_expr() for coefficients in sides)
     return num / den
-
-
-def _polynomial(coefficients: Iterable[float], name: str) -> sp.Expr:
-    return sp.Poly([_exact(c, name) for c in coefficients], s).as_expr()
 
 
 def _from_states(system: Any, name: str) -> sp.Expr:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, partial
-from typing import Any, Self, TypeVar
+from functools import cached_property
+from typing import Any, Self
 
 import numpy as np
 import sympy as sp
@@ -14,8 +14,6 @@ import sympy as sp
 from vsctrl.diagram.description.blocks import Block, Part, Subdiagram
 from vsctrl.errors import InputError, nearest
 from vsctrl.symbols import KEYWORDS, s
-
-W = TypeVar("W", bound="Wiring")
 
 
 @dataclass(frozen=True, init=False)
@@ -34,15 +32,16 @@ class Wiring:
         outputs: Iterable[str] | None = None,
     ) -> None:
         boxes = tuple(parts) if isinstance(parts, Iterable) else (parts,)
-        given = opened(boxes)
-        _check_parts(given)
-        given = _one_symbol_a_name(given)
-        object.__setattr__(self, "parts", given)
-        taken = {name for part in given for name in part.inputs}
-        undriven = _ordered(n for part in given for n in part.inputs if n not in self.drivers)
-        ends = _ordered(part.output for part in given if part.output not in taken)
-        for side, names, found in (("inputs", inputs, undriven), ("outputs", outputs, ends)):
-            object.__setattr__(self, side, found if names is None else _names(side, names))
+        flat = opened(boxes)
+        _check_parts(flat)
+        flat = _one_symbol_a_name(flat)
+        object.__setattr__(self, "parts", flat)
+        taken = {name for part in flat for name in part.inputs}
+        undriven = dict.fromkeys(n for p in flat for n in p.inputs if n not in self.drivers)
+        ends = dict.fromkeys(part.output for part in flat if part.output not in taken)
+        for side, names, default in (("inputs", inputs, undriven), ("outputs", outputs, ends)):
+            names = tuple(default) if names is None else _names(side, names)
+            object.__setattr__(self, side, names)
         _check_wiring(self, undriven, taken, ends)
         object.__setattr__(self, "shown", boxed(boxes, self))
         self.parameters  # noqa: B018 - refuses two symbols of one keyword
@@ -67,30 +66,30 @@ class Wiring:
         """The keyword that `at` takes for each parameter → its symbol."""
         free = set().union(*(block.expr.free_symbols for block in self.blocks)) - {s}
         keyword = {symbol.name: word for word, symbol in KEYWORDS.items()}
-        found: dict[str, sp.Symbol] = {}
+        symbols: dict[str, sp.Symbol] = {}
         for symbol in sorted(free, key=lambda a: a.name):
             word = keyword.get(symbol.name, symbol.name)
-            if word in found:
+            if word in symbols:
                 raise InputError(
-                    f"Diagram: the symbols {found[word]} and {symbol} would both be the parameter "
-                    f"{word!r}; rename one of them."
+                    f"Diagram: the symbols {symbols[word]} and {symbol} would both be the "
+                    f"parameter {word!r}; rename one of them."
                 )
-            found[word] = symbol
-        return dict(sorted(found.items()))
+            symbols[word] = symbol
+        return dict(sorted(symbols.items()))
 
-    def numbers(self, given: Mapping[str, Any]) -> dict[str, float]:
+    def numbers(self, values: Mapping[str, Any]) -> dict[str, float]:
         """Check a value for each parameter; errors name the parameter, the value, the remedy."""
         known = self.parameters
-        for name in given:
+        for name in values:
             if name not in known:
                 raise InputError(
                     f"at: there is no parameter {name!r}{nearest(name, known)}; "
                     f"the diagram has {', '.join(known) or 'none'}."
                 )
-        missing = [name for name in known if name not in given]
+        missing = [name for name in known if name not in values]
         if missing:
             raise InputError(f"at: no value for {', '.join(missing)}; give {missing[0]}=….")
-        return {name: _number(name, given[name]) for name in known}
+        return {name: _number(name, values[name]) for name in known}
 
     def require(self, signal: str) -> None:
         """Raise a sentence if the diagram has no such signal."""
@@ -116,29 +115,49 @@ class Wiring:
         Minus the transfer function from that input to `signal` is the loop transfer function L
         of the return difference 1 + L.
         """
-        return self._opened(signal)
+        if signal not in self._opened:
+            self._check_opening(signal)
+            source = f"{signal}__cut"
+            parts = [part.rewired({signal: source}, {}) for part in self.parts]
+            outputs = dict.fromkeys((*self.outputs, signal))
+            self._opened[signal] = type(self)(parts, (*self.inputs, source), outputs)
+        return self._opened[signal]
 
     @cached_property
-    def _opened(self) -> Callable[[str], Self]:
-        return cache(partial(_open, self))
+    def _opened(self) -> dict[str, Self]:
+        return {}
+
+    def _check_opening(self, signal: str) -> None:
+        self.require(signal)
+        if signal in self.inputs:
+            raise InputError(
+                f"open: {signal!r} is an input, so no loop runs through it; "
+                f"open one of {', '.join(self.drivers)}."
+            )
+        if all(signal not in part.inputs for part in self.parts):
+            raise InputError(
+                f"open: nothing takes {signal!r}, so no loop runs through it; "
+                f"open a signal that feeds another part."
+            )
 
     def __str__(self) -> str:
         lines = [str(part) for part in self.parts]
         return "\n".join([f"inputs {', '.join(self.inputs)} → {', '.join(self.outputs)}", *lines])
 
 
+def is_channel(pair: object) -> bool:
+    """Whether this is a pair of names, as in ``system["input", "output"]``."""
+    return isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(n, str) for n in pair)
+
+
 def _names(side: str, names: Iterable[str]) -> tuple[str, ...]:
-    given = (names,) if isinstance(names, str) or not isinstance(names, Iterable) else tuple(names)
-    if not all(isinstance(name, str) for name in given) or len(set(given)) < len(given):
+    listed = (names,) if isinstance(names, str) or not isinstance(names, Iterable) else tuple(names)
+    if not all(isinstance(name, str) for name in listed) or len(set(listed)) < len(listed):
         raise InputError(
             f"Diagram: {side} = {names!r} are no signals; list the name of each once, like "
             '["S_ref"].'
         )
-    return given
-
-
-def _ordered(names: Iterable[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(names))
+    return listed
 
 
 def _number(name: str, value: Any) -> float:
@@ -169,25 +188,6 @@ def _one_symbol_a_name(parts: tuple[Part, ...]) -> tuple[Part, ...]:
     return tuple(out)
 
 
-def _open(diagram: W, signal: str) -> W:
-    """`Diagram.open`, made once a signal."""
-    diagram.require(signal)
-    if signal in diagram.inputs:
-        raise InputError(
-            f"open: {signal!r} is an input, so no loop runs through it; "
-            f"open one of {', '.join(diagram.drivers)}."
-        )
-    cut = f"{signal}__cut"
-    parts = [part.rewired({signal: cut}, {}) for part in diagram.parts]
-    outputs = (*diagram.outputs, *(() if signal in diagram.outputs else (signal,)))
-    if all(signal not in part.inputs for part in diagram.parts):
-        raise InputError(
-            f"open: nothing takes {signal!r}, so no loop runs through it; "
-            f"open a signal that feeds another part."
-        )
-    return type(diagram)(parts, inputs=(*diagram.inputs, cut), outputs=outputs)
-
-
 def _check_parts(parts: tuple[Part, ...]) -> None:
     drivers: dict[str, Part] = {}
     names: set[str] = set()
@@ -208,7 +208,7 @@ def _check_parts(parts: tuple[Part, ...]) -> None:
 
 
 def _check_wiring(
-    diagram: Wiring, undriven: tuple[str, ...], taken: set[str], ends: tuple[str, ...]
+    diagram: Wiring, undriven: Iterable[str], taken: set[str], ends: Iterable[str]
 ) -> None:
     for name in undriven:
         if name not in diagram.inputs:
@@ -235,7 +235,8 @@ def _check_wiring(
                 f"Diagram: {diagram.drivers[name]} leads nowhere{nearest(name, taken)}; "
                 f"let a part take {name!r} or declare it in outputs."
             )
-    check_sums(diagram)
+    for name in diagram.drivers:
+        resolve(diagram, name)  # refuses sums that feed each other in a loop
 
 
 def resolve(diagram: Wiring, signal: str) -> dict[str, int]:
@@ -260,19 +261,13 @@ def resolve(diagram: Wiring, signal: str) -> dict[str, int]:
     return expand(signal, ())
 
 
-def check_sums(diagram: Wiring) -> None:
-    """Raise a sentence if sums feed each other in a loop."""
-    for name in diagram.drivers:
-        resolve(diagram, name)
-
-
-def boxed(given: tuple[Part, ...], diagram: Wiring) -> tuple[Part, ...]:
+def boxed(boxes: tuple[Part, ...], diagram: Wiring) -> tuple[Part, ...]:
     """The parts to draw: as given, unless a signal within a box is asked for outside of it."""
-    driven = {part.output for part in given}
-    taken = {name for part in given for name in part.inputs}
+    driven = {part.output for part in boxes}
+    taken = {name for part in boxes for name in part.inputs}
     hidden = {part.output for part in diagram.parts} - driven
     asked = taken | set(diagram.outputs)
-    return diagram.parts if hidden & asked or set(diagram.inputs) - taken else given
+    return diagram.parts if hidden & asked or set(diagram.inputs) - taken else boxes
 
 
 def opened(parts: Iterable[Part]) -> tuple[Part, ...]:

@@ -18,7 +18,6 @@ from vsctrl.diagram.frequency.piecewise import (
 from vsctrl.diagram.numerics.chebyshev import less
 
 Array = NDArray[np.float64]
-
 Complex = NDArray[np.complex128]
 
 
@@ -26,24 +25,24 @@ def gain_crossings_of(L: Response, ends: Array, size: Array, level: float = 1.0)
     """Where |L| passes 1, by rising ω: not where it is 1 throughout, nor at a pole on the axis."""
     above = less(size, level**2)
     above[np.abs(above).max(axis=1) < 1e-12 * level**2] = 0.0
-    at = zero_frequencies(ends, above)
-    return np.asarray(at[np.abs(np.abs(L(1j * at)) / level - 1) < CLOSE])
+    omega = zero_frequencies(ends, above)
+    return np.asarray(omega[np.abs(np.abs(L(1j * omega)) / level - 1) < CLOSE])
 
 
 def phase_crossings(L: Response, ends: Array, pieces: Complex) -> tuple[Array, Complex]:
     """(ω, L) where L crosses the negative real axis, by rising ω; not through 0 or infinity."""
-    at = zero_frequencies(ends, pieces.imag)
-    values: Complex = L(1j * at)
-    beside = np.abs(L(1j * at[:, None] * np.array([1 - 1e-7, 1 + 1e-7])))
+    omega = zero_frequencies(ends, pieces.imag)
+    values: Complex = L(1j * omega)
+    beside = np.abs(L(1j * omega[:, None] * np.array([1 - 1e-7, 1 + 1e-7])))
     size = np.abs(values)
     # At a zero or a pole on the axis L turns by π in one place, where it is rounding.
     passes = (size > 0.03 * beside.min(axis=1)) & (size < 30 * beside.max(axis=1))
     crossing = passes & (np.abs(values.imag) < 1e-6 * size) & (values.real < 0)
-    return at[crossing], values[crossing]
+    return omega[crossing], values[crossing]
 
 
 def pieces_beside_crossings(
-    L: Response, low: float, high: float, late: float, fallen: float
+    L: Response, low: float, high: float, delay_s: float, fallen: float
 ) -> list[tuple[Array, Complex]]:
     """The pieces of a band in which L turns too often to follow that decide on the margins.
 
@@ -52,22 +51,21 @@ def pieces_beside_crossings(
     """
     ends, size = chebyshev_pieces(lambda s: np.abs(L(s)) ** 2, log_grid(low, high), 0.0)
     levels = [1.0, fallen / (1 - fallen)] if 0 < fallen < 1 else [1.0]
-    found: list[tuple[Array, Complex]] = []
+    parts: list[tuple[Array, Complex]] = []
     past = low
-    for at in np.sort(np.hstack([gain_crossings_of(L, ends, size.real, x) for x in levels])):
-        span = 16 * math.pi / late
-        first, last = max(at - span, past), min(at + span, high)
+    for omega in np.sort(np.hstack([gain_crossings_of(L, ends, size.real, x) for x in levels])):
+        span = 16 * math.pi / delay_s
+        first, last = max(omega - span, past), min(omega + span, high)
         if last > first:
-            found.append(
-                chebyshev_pieces(L, np.linspace(math.log(first), math.log(last), 17), late)
-            )
+            grid = np.linspace(math.log(first), math.log(last), 17)
+            parts.append(chebyshev_pieces(L, grid, delay_s))
         past = max(past, last)
-    return found
+    return parts
 
 
-def limit_towards(L: Response, at: float, step: float) -> complex:
-    """L where ω goes on from `at` by `step`: a number, infinity, or NaN where it has no limit."""
-    near, far = (complex(value) for value in L(1j * at * np.array([1.0, step])))
+def limit_towards(L: Response, omega: float, step: float) -> complex:
+    """L as ω moves on from `omega` by factors `step`: its limit, infinite or not; NaN for none."""
+    near, far = (complex(value) for value in L(1j * omega * np.array([1.0, step])))
     if not abs(far) < math.inf or (abs(far) > 1e3 and abs(far) > 2 * abs(near)):
         return complex(math.inf)
     if abs(far) < NOTHING or (abs(far) < 1e-3 and abs(far) <= abs(near) / 2):
@@ -81,8 +79,8 @@ def with_limits(
     omega: Array, values: Complex, limits: tuple[complex, complex]
 ) -> tuple[Array, Complex]:
     """The phase crossings with those at ω = 0 and ω = ∞, where L ends on the negative real axis."""
-    for at, limit in zip((0.0, math.inf), limits, strict=True):
+    for end, limit in zip((0.0, math.inf), limits, strict=True):
         if -math.inf < limit.real < 0 and limit.imag == 0:
-            first = 0 if at == 0 else len(omega)
-            omega, values = np.insert(omega, first, at), np.insert(values, first, limit.real)
+            first = 0 if end == 0 else len(omega)
+            omega, values = np.insert(omega, first, end), np.insert(values, first, limit.real)
     return omega, values

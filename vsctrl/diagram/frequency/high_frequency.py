@@ -14,12 +14,11 @@ from vsctrl.diagram.frequency.crossings import phase_crossings
 from vsctrl.diagram.frequency.peaks import highest_peak
 from vsctrl.diagram.frequency.piecewise import DEGREE, NOTHING, chebyshev_pieces, zero_frequencies
 from vsctrl.diagram.numerics.chebyshev import slope_matrix, squared
-from vsctrl.diagram.realisation.delay_system import DelaySystem
+from vsctrl.diagram.numerics.graphs import components
+from vsctrl.diagram.realisation.delay_system import DelaySystem, common_divisor
 
 Array = NDArray[np.float64]
-
 Complex = NDArray[np.complex128]
-
 
 MOST_TURNS = 100  #: of the longest delay, in which what passes the delays is looked at
 
@@ -30,7 +29,7 @@ class HighFrequencyGain:
 
         D₁₁ + D₁₂ (I − Δ D₂₂)⁻¹ Δ D₂₁,   Δ = diag e^{−jωτ}
 
-    `D` (1 + m, 1 + m) and the m delays that high frequencies pass. It repeats after `stretch`
+    `D` (1 + m, 1 + m) and the m delays that high frequencies pass. It repeats after `period`
     (rad/s), in which the longest delay turns `turns` times; of delays without a common divisor
     that is not too small `MOST_TURNS` of them stand for all.
     """
@@ -42,13 +41,10 @@ class HighFrequencyGain:
     def of(cls, system: DelaySystem, sign: int) -> HighFrequencyGain:
         """That of a system with one input and one output, times `sign`."""
         D = system.D.copy()
-        reach = (D != 0) | np.eye(len(D), dtype=bool)
-        for _ in range(len(D).bit_length()):
-            reach = reach | (reach @ reach)
-        passed = [j for j in range(1, len(D)) if reach[0, j] and reach[j, 0]]
+        component = components(D)
+        keep = np.flatnonzero(component == component[0])  # 0 is the input and the output
         D[0] *= sign
-        keep = [0, *passed]
-        return cls(D[np.ix_(keep, keep)], tuple(system.delays[j - 1] for j in passed))
+        return cls(D[np.ix_(keep, keep)], tuple(system.delays[j - 1] for j in keep[1:]))
 
     @property
     def limit(self) -> complex:
@@ -59,26 +55,22 @@ class HighFrequencyGain:
 
     @property
     def turns(self) -> int:
-        """How often the longest delay turns e^{−jωτ} in a stretch; 0 without delays."""
+        """How often the longest delay turns e^{−jωτ} in a period; 0 without delays."""
         if not self.delays:
             return 0
-        return min(int(max(self.delays) / self._divisor()), MOST_TURNS)
+        return min(int(max(self.delays) / common_divisor(self.delays)), MOST_TURNS)
 
     @property
-    def stretch(self) -> float:
-        """The period, or how far the stretch reaches that stands for it (rad/s)."""
+    def period(self) -> float:
+        """After how far it repeats, or the length that is taken for that (rad/s)."""
         return 2 * math.pi * self.turns / float(max(self.delays))
 
     def __call__(self, omega: Array) -> Complex:
-        late = np.array([float(tau) for tau in self.delays])
-        lag = np.exp(-1j * np.asarray(omega)[..., None] * late)
-        inner = np.eye(len(late)) - lag[..., None] * self.D[1:, 1:]
+        tau = np.array([float(delay) for delay in self.delays])
+        lag = np.exp(-1j * np.asarray(omega)[..., None] * tau)
+        inner = np.eye(len(tau)) - lag[..., None] * self.D[1:, 1:]
         w = np.linalg.solve(inner, lag[..., None] * self.D[1:, :1])
         return np.asarray(self.D[0, 0] + (self.D[:1, 1:] @ w)[..., 0, 0], complex)
-
-    def _divisor(self) -> Fraction:
-        low = math.lcm(*(tau.denominator for tau in self.delays))
-        return Fraction(math.gcd(*(int(tau * low) for tau in self.delays)), low)
 
 
 class HighFrequencyTail(NamedTuple):
@@ -94,7 +86,7 @@ def high_frequency_tail(far: HighFrequencyGain) -> HighFrequencyTail:
     """Crossings and extrema of L as ω → ∞, over one period of it."""
 
     def L(s: Any) -> Any:
-        return far(far.stretch * np.log(np.imag(s)))  # log ω of the pieces stands for its periods
+        return far(far.period * np.log(np.imag(s)))  # log ω of the pieces stands for its periods
 
     ends, pieces = chebyshev_pieces(L, np.linspace(0.0, 1.0, 4 * far.turns + 1), 0.0)
     size, distance = squared(pieces, 0.0), squared(pieces, 1.0)

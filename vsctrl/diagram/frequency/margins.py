@@ -13,22 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.diagram.frequency.crossings import (
-    gain_crossings_of,
-    limit_towards,
-    phase_crossings,
-    pieces_beside_crossings,
-    with_limits,
-)
+from vsctrl.diagram.frequency import crossings
 from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain, high_frequency_tail
 from vsctrl.diagram.frequency.peaks import bandwidth_of, fallen_from, highest_peak
-from vsctrl.diagram.frequency.piecewise import (
-    EDGE,
-    Response,
-    band_of,
-    chebyshev_pieces,
-    log_grid,
-)
+from vsctrl.diagram.frequency.piecewise import EDGE, Response, band_of, chebyshev_pieces, log_grid
 from vsctrl.diagram.numerics.chebyshev import squared
 from vsctrl.tables import html
 
@@ -86,16 +74,16 @@ class Margins:
 def margins(
     L: Response,
     rates: Array,
-    late: float,
+    delay_s: float,
     unstable_roots: float,
     far: HighFrequencyGain | None = None,
 ) -> Margins:
     """The margins of the loop transfer function L, a function of complex s.
 
     `rates` (rad/s) are the frequencies at which L bends: the moduli of its poles and the inverses
-    of its delays; `late` (s) is the sum of its delays; `far` is what L tends to as ω → ∞, without
-    which L itself is asked. The band searched reaches tenfold beyond those frequencies, and up to
-    where |L| has fallen below `LEAST`; beyond `MOST_TURNED` an unstable loop is followed only
+    of its delays; `delay_s` is the sum of its delays (s); `far` is what L tends to as ω → ∞,
+    without which L itself is asked. The band searched reaches tenfold beyond those frequencies, and
+    up to where |L| has fallen below `LEAST`; beyond `MOST_TURNED` an unstable loop is followed only
     beside its gain crossings. Of a loop that lets high frequencies through, what it tends to
     counts too, at ω = ∞: with |L(j∞)| ≥ 1 any further delay destabilises.
     """
@@ -104,32 +92,28 @@ def margins(
     if not np.any(L(1j * np.geomspace(low, high, 32))):
         return _without_loop(unstable_roots)
     follow = high
-    if not stable and late:
-        follow = min(high, max(MOST_TURNED / late, 10 * low))
-    limits = (
-        limit_towards(L, 1e-6 * low, 0.1),
-        limit_towards(L, 1e6 * high, 10.0) if far is None else far.limit,
-    )
-    ends, pieces = chebyshev_pieces(L, log_grid(low, follow), late)
+    if not stable and delay_s:
+        follow = min(high, max(MOST_TURNED / delay_s, 10 * low))
+    beyond = crossings.limit_towards(L, 1e6 * high, 10.0) if far is None else far.limit
+    limits = crossings.limit_towards(L, 1e-6 * low, 0.1), beyond
+    ends, pieces = chebyshev_pieces(L, log_grid(low, follow), delay_s)
     if follow < high:
-        parts = [
-            (ends, pieces),
-            *pieces_beside_crossings(L, follow, high, late, fallen_from(limits[0])),
-        ]
-        ends, pieces = (np.vstack(side) for side in zip(*parts, strict=True))
+        fallen = fallen_from(limits[0])
+        more = crossings.pieces_beside_crossings(L, follow, high, delay_s, fallen)
+        ends, pieces = (np.vstack(s) for s in zip((ends, pieces), *more, strict=True))
     size, distance = squared(pieces, 0.0), squared(pieces, 1.0)
     tail = None if far is None or not far.turns else high_frequency_tail(far)
-    phase_at, at_phase = with_limits(*phase_crossings(L, ends, pieces), limits)
+    phase_at, at_phase = crossings.with_limits(*crossings.phase_crossings(L, ends, pieces), limits)
     if tail is not None:
         phase_at = np.append(phase_at, np.full(len(tail.real), math.inf))
         at_phase = np.append(at_phase, tail.real)
     factors = 1 / np.abs(at_phase)
     factors[np.abs(factors - 1) < EDGE] = 1.0
-    gain_at = gain_crossings_of(L, ends, size)
+    gain_at = crossings.gain_crossings_of(L, ends, size)
     on_it = phase_at[(factors == 1) & (phase_at > 0) & (phase_at < math.inf)]
     # Where L is −1 |L| may only touch 1, or be 1 everywhere.
-    apart = [w for w in on_it if not (np.abs(gain_at / w - 1) < 1e-6).any()]
-    gain_at = np.sort(np.append(gain_at, apart))
+    touching = [w for w in on_it if not (np.abs(gain_at / w - 1) < 1e-6).any()]
+    gain_at = np.sort(np.append(gain_at, touching))
     phases: Array = np.angle(-L(1j * gain_at))
     # −157.8° is 202.2° of room for more delay; in an unstable loop look for less delay instead.
     room = phases % (2 * math.pi) - (0 if stable else 2 * math.pi)
@@ -143,8 +127,8 @@ def margins(
     peak_at, peak = highest_peak(L, ends, None, distance, limits, close)
     top_at, top = highest_peak(L, ends, size, distance, limits, close)
     if tail is not None:
-        peak_at, peak = max((peak_at, peak), (math.inf, tail.peak), key=lambda found: found[1])
-        top_at, top = max((top_at, top), (math.inf, tail.top), key=lambda found: found[1])
+        peak_at, peak = max((peak_at, peak), (math.inf, tail.peak), key=lambda peak: peak[1])
+        top_at, top = max((top_at, top), (math.inf, tail.top), key=lambda peak: peak[1])
     nearest = int(np.abs(phases).argmin()) if len(phases) else 0
     return Margins(
         gain=float(min((f for f in factors if f >= 1), default=math.inf)),

@@ -26,7 +26,6 @@ def highest_peak(
     """(ω, value) of the largest √(above/below), the limits of the band included.
 
     A peak too sharp for a piece's samples to show is looked for in the pieces that hold `also`.
-
     `below` holds |1 + L|²; `above` |L|² for T = L/(1 + L), or is None for S = 1/(1 + L).
     """
     degree = (2 if above is None else 4) * DEGREE
@@ -50,10 +49,10 @@ def highest_peak(
     inner = ends[close[k]].mean(axis=1) + xi * np.diff(ends[close[k]], axis=1)[:, 0] / 2
     omega = np.exp(np.concatenate([inner, ends[[0, -1], [0, 1]]]))
 
-    def height(at: Any) -> Any:
+    def height(gain: Any) -> Any:
         # Where L is infinite S is 0 and T is 1.
         with np.errstate(all="ignore"):
-            value = np.abs(np.divide(1 if above is None else at, 1 + np.asarray(at)))
+            value = np.abs(np.divide(1 if above is None else gain, 1 + np.asarray(gain)))
         return np.where(np.isnan(value), float(above is not None), value)
 
     heights = height(L(1j * omega))
@@ -79,11 +78,10 @@ def bandwidth_of(
 ) -> float:
     """The least ω at which |T|² = |L|²/|1 + L|² falls 3 dB below what it is at ω = 0."""
     fallen = fallen_from(at_zero)
-    if fallen == math.inf or fallen < 1e-6 * top:
-        return (
-            0.0  # T lets no constant through: there is nothing to fall from; or is infinite there
-        )
-    values = L(1j * (at := zero_frequencies(ends, size - fallen**2 * distance)))
+    if fallen == math.inf or fallen < 1e-6 * top:  # nothing to fall from, or T(0) is infinite
+        return 0.0
+    omega = zero_frequencies(ends, size - fallen**2 * distance)
+    values = L(1j * omega)
     with np.errstate(all="ignore"):
-        found = at[np.abs(np.abs(values / (1 + values)) / fallen - 1) < CLOSE]
-    return float(min(found, default=math.inf))
+        crossing = np.abs(np.abs(values / (1 + values)) / fallen - 1) < CLOSE
+    return float(min(omega[crossing], default=math.inf))

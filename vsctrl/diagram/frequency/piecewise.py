@@ -14,28 +14,14 @@ from vsctrl.diagram.numerics.chebyshev_zeros import zeros
 from vsctrl.errors import LimitError
 
 Array = NDArray[np.float64]
-
 Complex = NDArray[np.complex128]
-
-
 Response = Callable[[Any], Any]  #: L as a function of complex s, any shape
 
-
 DEGREE = 16
-
-
 MAX_PIECES = 100_000
-
-
 EDGE = 1e-12  #: that near to −1, L is at the edge of stability
-
-
 CLOSE = 1e-3  #: |L| or |T| at a crossing, from what it crosses; at a pole on the axis it is far off
-
-
 NOTHING = 1e-9  #: a limit of |L| below this is rounding
-
-
 LEAST = 0.01  #: the search may end where |L| has fallen below this
 
 
@@ -71,24 +57,25 @@ def log_grid(low: float, high: float) -> Array:
     return np.linspace(math.log(low), math.log(high), number)
 
 
-def chebyshev_pieces(L: Response, grid: Array, late: float) -> tuple[Array, Complex]:
+def chebyshev_pieces(L: Response, grid: Array, delay_s: float) -> tuple[Array, Complex]:
     """Intervals (k, 2) of log ω and L's Chebyshev coefficients (k, DEGREE + 1) on them.
 
+    `delay_s` is the sum of L's delays (s), by which the rounding of its phase grows with ω.
     What is left of an interval around a pole on the axis, 1e-12 wide, is in none of them.
     """
     nodes, to_coefficients, _ = tables(DEGREE)
-    todo = np.column_stack([grid[:-1], grid[1:]])
-    before = np.full(len(todo), np.inf)  # what the piece that each is half of left unresolved
+    open_ends = np.column_stack([grid[:-1], grid[1:]])
+    before = np.full(len(open_ends), np.inf)  # what the piece that each is half of left unresolved
     done_ends, done = [], []
     total = 0
-    while len(todo):
-        mid, half = todo.mean(axis=1), np.diff(todo, axis=1)[:, 0] / 2
+    while len(open_ends):
+        mid, half = open_ends.mean(axis=1), np.diff(open_ends, axis=1)[:, 0] / 2
         values = L(1j * np.exp(mid[:, None] + half[:, None] * nodes))
         coefficients = values @ to_coefficients.T
         size = np.abs(values).max(axis=1)
         # e^{−jωτ} itself is only known to the rounding of ωτ, and L near a resonance to less; where
         # halving a piece no longer helps, what is left is rounding.
-        known = 1e-13 + 1e-15 * late * np.exp(todo[:, 1])
+        known = 1e-13 + 1e-15 * delay_s * np.exp(open_ends[:, 1])
         tail = np.abs(coefficients[:, -3:]).max(axis=1)
         tail = np.divide(tail, size, out=np.zeros_like(tail), where=size > 0)
         tail[~np.isfinite(tail)] = np.inf
@@ -96,12 +83,14 @@ def chebyshev_pieces(L: Response, grid: Array, late: float) -> tuple[Array, Comp
         small = half < 1e-12
         fine = (tail <= known) | (stuck & (tail < 1e-2)) | small
         kept = fine & ~(small & (tail > 1e-2))
-        done_ends.append(todo[kept])
+        done_ends.append(open_ends[kept])
         done.append(coefficients[kept])
-        rest, mid, before = todo[~fine], mid[~fine], np.tile(tail[~fine], 2)
-        todo = np.vstack([np.column_stack([rest[:, 0], mid]), np.column_stack([mid, rest[:, 1]])])
+        rest, mid, before = open_ends[~fine], mid[~fine], np.tile(tail[~fine], 2)
+        open_ends = np.vstack(
+            [np.column_stack([rest[:, 0], mid]), np.column_stack([mid, rest[:, 1]])]
+        )
         total += int(fine.sum())
-        if total + len(todo) > MAX_PIECES:
+        if total + len(open_ends) > MAX_PIECES:
             raise LimitError(
                 f"margins: the phase of L turns too often below {math.exp(grid[-1]):g} rad/s to "
                 "follow; shorten the delay or lower the gain at high frequency."
@@ -114,7 +103,6 @@ def chebyshev_pieces(L: Response, grid: Array, late: float) -> tuple[Array, Comp
 def zero_frequencies(ends: Array, coefficients: Array) -> Array:
     """All ω at which a real function, given by its pieces, crosses or touches zero, by rising ω."""
     k, xi = zeros(coefficients)
-    x = ends[k].mean(axis=1) + xi * np.diff(ends[k], axis=1)[:, 0] / 2
-    x = np.sort(x)
+    x = np.sort(ends[k].mean(axis=1) + xi * np.diff(ends[k], axis=1)[:, 0] / 2)
     once = np.diff(x, prepend=-np.inf) > 1e-11 * np.maximum(np.abs(x), 1.0)
     return np.asarray(np.exp(x[once]))

@@ -23,31 +23,24 @@ def pade_delay(tau: float, order: int) -> tuple[Array, Array, Array, Array]:
     M[0, 0] = 1.0
     e1 = np.eye(order)[:, :1]
     inverse = np.asarray(np.linalg.inv(M), float)
-    return (
-        -(2 / tau) * inverse,
-        (2 / tau) * inverse @ e1,
-        2 * e1.T @ inverse,
-        np.array([[(-1.0) ** order]]),
-    )
+    B, C = (2 / tau) * inverse @ e1, 2 * e1.T @ inverse
+    return -(2 / tau) * inverse, B, C, np.array([[(-1.0) ** order]])
 
 
 def matrices(system: DelaySystem, order: int) -> tuple[Array, Array, Array, Array]:
     """(A, B, C, D) of the delay system with each delay a Padé model of this order, loops closed."""
-    r, p, m = system.inputs, system.outputs, len(system.delays)
+    r, p = system.inputs, system.outputs
     A, B, C, D = system.A, system.B[:, :r], system.C[:p], system.D[:p, :r]
-    if not m:
+    if not system.delays:
         return A, B, C, D
     parts = [pade_delay(float(tau), order) for tau in system.delays]
     Ad, Bd, Cd, Dd = (block_diag(*each) for each in zip(*parts, strict=True))
-    Bw, Cz = system.B[:, r:], system.C[p:]
-    Dyw, Dzu, Dzw = system.D[:p, r:], system.D[p:, :r], system.D[p:, r:]
+    Bw, Cz, Dzw = system.inner
+    Dyw, Dzu = system.D[:p, r:], system.D[p:, :r]
     # w = Cd ξ + Dd z and z = Cz x + Dzu u + Dzw w, solved for z.
-    K = np.linalg.inv(np.eye(m) - Dzw @ Dd)
+    K = np.linalg.inv(np.eye(len(Dzw)) - Dzw @ Dd)
     zx, zxi, zu = K @ Cz, K @ Dzw @ Cd, K @ Dzu
     wx, wxi, wu = Dd @ zx, Cd + Dd @ zxi, Dd @ zu
-    return (
-        np.block([[A + Bw @ wx, Bw @ wxi], [Bd @ zx, Ad + Bd @ zxi]]),
-        np.vstack([B + Bw @ wu, Bd @ zu]),
-        np.hstack([C + Dyw @ wx, Dyw @ wxi]),
-        D + Dyw @ wu,
-    )
+    A = np.block([[A + Bw @ wx, Bw @ wxi], [Bd @ zx, Ad + Bd @ zxi]])
+    C = np.hstack([C + Dyw @ wx, Dyw @ wxi])
+    return A, np.vstack([B + Bw @ wu, Bd @ zu]), C, D + Dyw @ wu

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.errors import InputError
 
 Band = tuple[float, float]
 
 
-def checked_band(channel: Any, band: Any) -> Band:
+def checked_band(channel: NumericChannel, band: Any) -> Band:
     """A band (low, high) in rad/s; without one, from 0 to a full turn of the longest delay, 2π/τ.
 
     Up to there a delay can bring a loop to −180° by itself, so that crossover, bandwidth and the
@@ -23,7 +24,7 @@ def checked_band(channel: Any, band: Any) -> Band:
     if band is None:
         system = channel.realisation
         if system.delays:
-            return 0.0, 2 * math.pi / float(max(system.delays))
+            return 0.0, 2 * math.pi / float(system.tau.max())
         fastest = float(np.abs(np.linalg.eigvals(system.A)).max(initial=0.0))
         return 0.0, 10 * fastest or 10.0
     pair = tuple(band) if isinstance(band, tuple | list | np.ndarray) else ()

@@ -12,18 +12,18 @@ is 0 all around, the error is absolute.
 from __future__ import annotations
 
 import copy
-from typing import Any, Protocol
+from typing import Any
 
 import control
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.checks import reals, unusable
-from vsctrl.diagram.frequency.margins import Margins
+from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade.band import checked_band
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.signals.elementary import Step
-from vsctrl.diagram.signals.signal import Signal
+from vsctrl.diagram.time.response import checked_times, from_rest
 from vsctrl.errors import InputError
 
 Array = NDArray[np.float64]
@@ -38,27 +38,6 @@ MOST_POINTS = 4000
 CHUNK = 2_000_000  #: complex numbers that are worked on at once
 
 
-class Exact(Protocol):
-    """What a Padé model stands for: the exact channel, as far as the model asks it."""
-
-    @property
-    def source(self) -> str: ...
-    @property
-    def target(self) -> str: ...
-    @property
-    def sign(self) -> int: ...
-    @property
-    def realisation(self) -> DelaySystem: ...
-    def __call__(self, s: ArrayLike) -> Any: ...
-    def response(self, signal: Signal, t: ArrayLike) -> control.TimeResponseData: ...
-
-
-class ExactLoop(Exact, Protocol):
-    """An exact channel that is the L of a loop."""
-
-    def margins(self) -> Margins: ...
-
-
 class PadeModel(control.StateSpace):
     """A channel whose delays are Padé models of one order: a `control.StateSpace` with its error.
 
@@ -69,7 +48,7 @@ class PadeModel(control.StateSpace):
     def __init__(
         self,
         matrices: tuple[Array, Array, Array, Array],
-        exact: Exact,
+        exact: NumericChannel,
         order: int,
         band: tuple[float, float],
         **names: Any,
@@ -92,18 +71,18 @@ class PadeModel(control.StateSpace):
     @property
     def delays(self) -> tuple[float, ...]:
         """The delays that are modelled, in s, each once."""
-        return tuple(sorted({float(tau) for tau in self.exact.realisation.delays}))
+        return tuple(sorted(set(self.exact.realisation.tau.tolist())))
 
     def values(self, s: ArrayLike) -> Complex:
         """The model at complex s (rad/s), any shape; as ``model(s)``, but all points at once."""
-        at = np.asarray(s, complex)
+        points = np.asarray(s, complex)
         system = DelaySystem(self.A, self.B, self.C, self.D, ())
-        parts = max(1, at.size * (self.nstates + 1) ** 2 // CHUNK)
+        parts = max(1, points.size * (self.nstates + 1) ** 2 // CHUNK)
         try:
-            found = [system.transfer(x)[:, 0, 0] for x in np.array_split(at.ravel(), parts)]
+            values = [system.transfer(x)[:, 0, 0] for x in np.array_split(points.ravel(), parts)]
         except np.linalg.LinAlgError:  # one of the points is a pole
-            found = [np.atleast_1d(self(at.ravel(), squeeze=True, warn_infinite=False))]
-        return np.concatenate(found).reshape(at.shape)
+            values = [np.atleast_1d(self(points.ravel(), squeeze=True, warn_infinite=False))]
+        return np.concatenate(values).reshape(points.shape)
 
     def error(self, omega: ArrayLike) -> Array:
         """The relative error at each ω (rad/s), real and of the shape of `omega`.
@@ -111,7 +90,9 @@ class PadeModel(control.StateSpace):
         At ω = 0 and on a pole it is that a little beside.
         Errors: `InputError` for what is no finite frequency.
         """
-        w = _frequencies(omega)
+        w = reals(omega)
+        if w is None:
+            raise unusable("error: omega", omega, "finite frequencies in rad/s")
         unit = self.band[1]
         w = np.where(w == 0, BESIDE * unit, w)
         with np.errstate(all="ignore"):
@@ -131,28 +112,28 @@ class PadeModel(control.StateSpace):
         where they are. A band from 0 is scanned from 1e-4 of its end: Padé models are exact at 0.
         """
         low, high = self.band if band is None else checked_band(self.exact, band)
-        at = self._scanned(low, high)
-        error = self.error(at)
+        omega = self._scanned(low, high)
+        error = self.error(omega)
         for _ in range(40):
             top = error.max()
             padded = np.concatenate([[-1.0], error, [-1.0]])
             peak = (error >= padded[:-2]) & (error >= padded[2:]) & (error >= top / 3)
             peak[np.argsort(error)[:-40]] = False
             gap = np.flatnonzero(peak[:-1] | peak[1:])
-            gap = gap[np.diff(at)[gap] > BESIDE * at[gap]]
+            gap = gap[np.diff(omega)[gap] > BESIDE * omega[gap]]
             if not len(gap):
                 break
-            middle = (at[gap] + at[gap + 1]) / 2
+            middle = (omega[gap] + omega[gap + 1]) / 2
             new = self.error(middle)
-            at, error = np.insert(at, gap + 1, middle), np.insert(error, gap + 1, new)
+            omega, error = np.insert(omega, gap + 1, middle), np.insert(error, gap + 1, new)
         best = int(error.argmax())
-        return float(at[best]), float(error[best])
+        return float(omega[best]), float(error[best])
 
     def roughly_worst(self) -> float:
         """The largest relative error at a few frequencies of the band: at most that of `worst`."""
         low, high = self.band
-        at = self._scanned(low, high)
-        return float(self.error(at[:: -max(1, len(at) // 60)]).max())
+        omega = self._scanned(low, high)
+        return float(self.error(omega[:: -max(1, len(omega) // 60)]).max())
 
     def step_error(self, t: ArrayLike) -> Array:
         """Step response of the model minus the exact one, at equally spaced times from 0 (s).
@@ -160,8 +141,8 @@ class PadeModel(control.StateSpace):
         Where the exact one jumps, its right limit counts.
         Errors: `InputError` for other times, and for a channel with no step response.
         """
-        exact = self.exact.response(Step(), t).outputs
-        times = np.asarray(t, float)
+        H, times = self.exact, checked_times(t)
+        exact = H.sign * from_rest(H.system, H.source, H.target, Step(), times, "right")[:, 0]
         steps = np.diff(times)
         even = len(times) > 1 and steps[0] > 0 and np.ptp(steps) < 1e-6 * steps[0]
         if not even or times[0] != 0:
@@ -175,9 +156,9 @@ class PadeModel(control.StateSpace):
         where = f"over {self.band[0]:g}…{self.band[1]:.4g} rad/s against the exact response"
         if not self.delays:
             return f"No delay: nothing is approximated; largest error {off:.1g} {where}"
-        late = ", ".join(f"{tau:g}" for tau in self.delays)
+        listed = ", ".join(f"{tau:g}" for tau in self.delays)
         several = "delays" if len(self.delays) > 1 else "a delay of"
-        return f"Padé order {self.order} for {several} {late} s; largest error {off:.1g} {where}"
+        return f"Padé order {self.order} for {several} {listed} s; largest error {off:.1g} {where}"
 
     def __str__(self) -> str:
         return f"{super().__str__()}\n\n{self.sentence}"
@@ -190,10 +171,11 @@ class PadeModel(control.StateSpace):
     def _scanned(self, low: float, high: float) -> Array:
         """Frequencies of a band that no peak of the error can hide between, by rising ω."""
         low = low or FROM * high
-        late = sum(float(tau) for tau in self.exact.realisation.delays)
-        turns = min(MOST_POINTS, 2 + int(5 * late * (high - low)))
+        delay_s = sum(self.exact.realisation.tau.tolist())
+        turns = min(MOST_POINTS, 2 + int(5 * delay_s * (high - low)))
         decades = np.log10(high / low)
-        features = np.concatenate([self.poles(), self._finite_zeros()])
+        zeros = np.asarray(self.zeros(), complex) if self.nstates else np.zeros(0, complex)
+        features = np.concatenate([self.poles(), zeros[np.isfinite(zeros)]])
         # On the axis itself there is only rounding to compare.
         width = np.maximum(np.abs(features.real), BESIDE * np.abs(features))
         off_axis = features[np.abs(features.real) > BESIDE * np.abs(features)]
@@ -206,14 +188,3 @@ class PadeModel(control.StateSpace):
             ]
         )
         return np.unique(every[(every >= low) & (every <= high)])
-
-    def _finite_zeros(self) -> Complex:
-        zeros = np.asarray(self.zeros(), complex) if self.nstates else np.zeros(0, complex)
-        return zeros[np.isfinite(zeros)]
-
-
-def _frequencies(omega: ArrayLike) -> Array:
-    w = reals(omega)
-    if w is None:
-        raise unusable("error: omega", omega, "finite frequencies in rad/s")
-    return w

@@ -9,27 +9,29 @@ given, or it is the smallest that keeps to a tolerance: on the response, or on a
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vsctrl.diagram.frequency import margins as frequency
+from vsctrl.checks import is_whole
+from vsctrl.diagram.frequency.margins import Margins, margins
+from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade.approximant import matrices, pade_delay
-from vsctrl.diagram.pade.band import checked_band
-from vsctrl.errors import InputError, LimitError, nearest
+from vsctrl.diagram.pade.band import Band, checked_band
+from vsctrl.errors import InputError, LimitError
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.pade.model import Exact, ExactLoop, PadeModel
+    from vsctrl.diagram.pade.model import PadeModel
 
-Array = NDArray[np.float64]
-Band = tuple[float, float]
+Judgement = tuple[float, str]  #: (relative error, of what)
 
 MOST = 40  #: the highest order
 
 
-def model(channel: Exact, order: object, tol: object, band: object) -> PadeModel:
+def model(channel: NumericChannel, order: object, tol: object, band: object) -> PadeModel:
     """The model of a channel of a given order, or of the smallest that keeps to `tol` over `band`.
 
     Errors: `InputError` for neither or both of `order` and `tol`, for one that is not usable, for
@@ -38,21 +40,22 @@ def model(channel: Exact, order: object, tol: object, band: object) -> PadeModel
     _check_one_is_given(order, tol)
     limits = checked_band(channel, band)
     if tol is None:
-        return _of_order(channel, _checked_order(order), limits)
+        if not is_whole(order) or not 1 <= order <= MOST:
+            remedy = f"give a whole number 1 to {MOST}"
+            raise InputError(f"pade: order = {order!r} is not usable; {remedy}.")
+        return _of_order(channel, int(order), limits)
     bound = _checked_tolerance(tol)
     if not channel.realisation.delays:
         return _of_order(channel, 1, limits)
-    best, least = 0, math.inf
-    for n in range(1, MOST + 1):
-        found = _of_order(channel, n, limits)
+
+    def judge(candidate: PadeModel) -> tuple[float, str]:
         # A few frequencies are enough to see that most orders fail.
-        error = found.roughly_worst()
-        if error <= bound:
-            error = found.worst()[1]
-        if error <= bound:
-            return found
-        if error < least:
-            best, least = n, error
+        error = candidate.roughly_worst()
+        return (candidate.worst()[1] if error <= bound else error), "response"
+
+    smallest, best, *_ = _smallest(channel, bound, limits, judge)
+    if smallest:
+        return smallest
     at, least = _of_order(channel, best, limits).worst()
     raise InputError(
         f"pade: tol = {bound:g} is reached by no order up to {MOST} from {limits[0]:g} to "
@@ -61,16 +64,15 @@ def model(channel: Exact, order: object, tol: object, band: object) -> PadeModel
     )
 
 
-def model_for(loop: ExactLoop, order: object, tol: object, band: object, on: object) -> PadeModel:
+def model_for(
+    loop: NumericChannel, exact: Callable[[], Margins], order: object, tol: object, band: object
+) -> PadeModel:
     """The model of L of the smallest order whose margins and stability are those of the exact loop.
 
     Gain, phase and delay margin and peak sensitivity agree to `tol` relative to the exact values,
-    and the model's loop is stable if and only if the exact one is. Errors: `InputError` as for
-    `model`, and for a band, an order or a word other than "margins".
+    and the model's loop is stable if and only if the exact one is, whose margins `exact` gives.
+    Errors: `InputError` as for `model`, and for a band or an order.
     """
-    if on != "margins":
-        hint = nearest(on, ("response", "margins"))
-        raise InputError(f"pade: on = {on!r} is unknown{hint}; give 'response' or 'margins'.")
     _check_one_is_given(order, tol)
     if order is not None:
         raise InputError("pade: on='margins' looks for an order; give it a tol and no order.")
@@ -79,38 +81,49 @@ def model_for(loop: ExactLoop, order: object, tol: object, band: object, on: obj
     bound, limits = _checked_tolerance(tol), checked_band(loop, None)
     if not loop.realisation.delays:
         return _of_order(loop, 1, limits)
-    exact = loop.margins()
-    best, least, worst = 0, math.inf, ""
-    for n in range(1, MOST + 1):
-        found = _of_order(loop, n, limits)
-        error, which = _disagreement(found, exact)
-        if error <= bound:
-            return found
-        if error < least or not best:
-            best, least, worst = n, error, which
+    smallest, best, least, worst = _smallest(loop, bound, limits, partial(_disagreement, exact()))
+    if smallest:
+        return smallest
     raise InputError(
         f"pade: tol = {bound:g} is reached on the margins by no order up to {MOST}; the best is "
         f"order {best}, whose {worst} is off by {least:.2g} of the exact loop's. Allow more."
     )
 
 
-def model_margins(found: PadeModel) -> frequency.Margins:
+def _smallest(
+    channel: NumericChannel, bound: float, band: Band, judge: Callable[[PadeModel], Judgement]
+) -> tuple[PadeModel | None, int, float, str]:
+    """The model of the smallest order whose error, as judged, keeps to a bound, if there is one.
+
+    After it the order of least error, that error, and of what it is.
+    """
+    best, least, worst = 0, math.inf, ""
+    for n in range(1, MOST + 1):
+        candidate = _of_order(channel, n, band)
+        error, which = judge(candidate)
+        if error <= bound:
+            return candidate, n, error, which
+        if error < least or not best:
+            best, least, worst = n, error, which
+    return None, best, least, worst
+
+
+def model_margins(model: PadeModel) -> Margins:
     """The margins of a model of L, read as the exact ones are but from the rational function."""
-    system = found.exact.realisation
-    late = [float(tau) for tau in system.delays]
-    bends = [np.abs(np.linalg.eigvals(system.A)), 1 / np.array(late)]
-    bends += [np.abs(np.linalg.eigvals(pade_delay(tau, found.order)[0])) for tau in late]
-    closed = found.A - found.B @ found.C / (1 + found.D[0, 0])
+    system = model.exact.realisation
+    rates = [np.abs(np.linalg.eigvals(system.A)), 1 / system.tau]
+    rates += [np.abs(np.linalg.eigvals(pade_delay(tau, model.order)[0])) for tau in system.tau]
+    closed = model.A - model.B @ model.C / (1 + model.D[0, 0])
     unstable = int((np.linalg.eigvals(closed).real > -1e-12).sum())
-    return frequency.margins(found.values, np.concatenate(bends), 0.0, unstable)
+    return margins(model.values, np.concatenate(rates), 0.0, unstable)
 
 
-def _disagreement(found: PadeModel, exact: frequency.Margins) -> tuple[float, str]:
+def _disagreement(exact: Margins, model: PadeModel) -> tuple[float, str]:
     """The largest relative difference of the margins, and of which; infinite where L differs."""
-    if found.D[0, 0] == -1:
+    if model.D[0, 0] == -1:
         return math.inf, "algebraic loop"
     try:
-        own = model_margins(found)
+        own = model_margins(model)
     except LimitError:
         return math.inf, "response"
     if own.stable != exact.stable:
@@ -119,15 +132,15 @@ def _disagreement(found: PadeModel, exact: frequency.Margins) -> tuple[float, st
     return max((_relative(mine[name], theirs[name]), name) for name in theirs)
 
 
-def _compared(margins: frequency.Margins) -> dict[str, float]:
+def _compared(loop: Margins) -> dict[str, float]:
     """What a stable loop keeps; of an unstable one, of the two gain margins the nearer to 1."""
-    above, below = margins.gain, margins.gain_down
+    above, below = loop.gain, loop.gain_down
     nearer = above if above * below <= 1 else below
     gains = {"gain margin": above, "lower gain margin": below}
-    return (gains if margins.stable else {"gain margin": nearer}) | {
-        "phase margin": margins.phase,
-        "delay margin": margins.delay,
-        "peak sensitivity": margins.peak_sensitivity,
+    return (gains if loop.stable else {"gain margin": nearer}) | {
+        "phase margin": loop.phase,
+        "delay margin": loop.delay,
+        "peak sensitivity": loop.peak_sensitivity,
     }
 
 
@@ -139,19 +152,13 @@ def _relative(value: float, exact: float) -> float:
     return abs(value / exact - 1)
 
 
-def _of_order(channel: Exact, order: int, band: Band) -> PadeModel:
+def _of_order(channel: NumericChannel, order: int, band: Band) -> PadeModel:
     from vsctrl.diagram.pade.model import PadeModel
 
     A, B, C, D = matrices(channel.realisation, order)
-    sign = channel.sign
-    return PadeModel(
-        (A, B, sign * C, sign * D),
-        channel,
-        order,
-        band,
-        inputs=[channel.source],
-        outputs=[channel.target],
-    )
+    signed = A, B, channel.sign * C, channel.sign * D
+    ends = {"inputs": [channel.source], "outputs": [channel.target]}
+    return PadeModel(signed, channel, order, band, **ends)
 
 
 def _check_one_is_given(order: object, tol: object) -> None:
@@ -160,13 +167,6 @@ def _check_one_is_given(order: object, tol: object) -> None:
             f"pade: order = {order!r} and tol = {tol!r}; give one of the two, an order from "
             f"1 to {MOST} or a relative error as tol=1e-6."
         )
-
-
-def _checked_order(order: object) -> int:
-    whole = isinstance(order, int | np.integer) and not isinstance(order, bool)
-    if not whole or not 1 <= int(order) <= MOST:  # type: ignore[call-overload]
-        raise InputError(f"pade: order = {order!r} is not usable; give a whole number 1 to {MOST}.")
-    return int(order)  # type: ignore[call-overload]
 
 
 def _checked_tolerance(tol: object) -> float:

@@ -10,17 +10,14 @@ import hashlib
 import re
 from functools import lru_cache
 from html import escape
-from typing import TYPE_CHECKING
 
 from vsctrl.diagram.description.blocks import Block
+from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.diagram.picture import mathtext, typeset
 from vsctrl.diagram.picture.grid import Grid, build
 from vsctrl.diagram.picture.layout import RADIUS, Box, Label, Path, Picture, Size, arrange
 from vsctrl.diagram.picture.place import Graph
 from vsctrl.diagram.picture.route import route
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.description.wiring import Wiring
 
 MATH, NAME, SIGNAL = 17.0, 11.5, 15.0  #: font sizes, px
 _BAR = 0.5  #: em from a fraction's bar to the ink beside it

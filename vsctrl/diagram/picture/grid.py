@@ -31,16 +31,11 @@ def build(graph: Graph) -> Grid:
     placer.lanes()
     columns = {x: i for i, x in enumerate(sorted(set(placer.column.values())))}
     lanes = {y: i for i, y in enumerate(sorted(set(placer.lane.values())))}
-    spots = [
-        Spot(columns[placer.column[i]], lanes[placer.lane[i]], placer.out.get(i, "right"))
-        for i in range(len(graph.nodes))
-    ]
-    home = lanes[0.0]
-    entries = {
-        (i, name): side
-        for i in range(len(graph.nodes))
-        for name, side in sides(graph, spots, i, home).items()
-    }
+    nodes = range(len(graph.nodes))
+    cells = [(columns[placer.column[i]], lanes[placer.lane[i]]) for i in nodes]
+    spots = [Spot(*cells[i], placer.out.get(i, "right")) for i in nodes]
+    entered = {i: sides(graph, spots, i, lanes[0.0]) for i in nodes}
+    entries = {(i, name): side for i in nodes for name, side in entered[i].items()}
     return Grid(graph, spots, entries)
 
 
@@ -96,17 +91,17 @@ class _Placer:
         high = None if chain.sink is None else self.column[chain.sink]
         count = len(chain.nodes)
         if low is not None and high is not None:
-            found = self._spread_between(chain, low, high)
+            columns = self._spread_between(chain, low, high)
         elif high is not None:
             inside = [x for x in self._known() if x < high][-count:]
             missing = count - len(inside)
-            found = [min(self._known()) - missing + n for n in range(missing)] + inside
+            columns = [min(self._known()) - missing + n for n in range(missing)] + inside
         else:
             start = float("-inf") if low is None else low
             inside = [x for x in self._known() if x > start][:count]
             top = max(self._known())
-            found = inside + [top + 1 + n for n in range(count - len(inside))]
-        self.column |= dict(zip(chain.nodes, found, strict=True))
+            columns = inside + [top + 1 + n for n in range(count - len(inside))]
+        self.column |= dict(zip(chain.nodes, columns, strict=True))
 
     def _spread_between(self, chain: Chain, source: float, sink: float) -> list[float]:
         """Columns for a chain with two ends; one that flows to the left is turned."""
@@ -122,14 +117,14 @@ class _Placer:
             inside += [source]
             inside += [sink] if self.graph.nodes[ends[-1]].kind != "sum" and low < high else []
             inside.sort()
-        found = self._window(inside, len(chain.nodes), (low + high) / 2)
-        if not found:
+        columns = self._window(inside, len(chain.nodes), (low + high) / 2)
+        if not columns:
             last = max((x for x in inside if x < high), default=low)
-            found = sorted(inside + self._fresh(last, len(chain.nodes) - len(inside)))
+            columns = sorted(inside + self._fresh(last, len(chain.nodes) - len(inside)))
         if leftward:
             self.out |= dict.fromkeys(chain.nodes, "left")
-            found.reverse()
-        return found
+            columns.reverse()
+        return columns
 
     def _known(self) -> list[float]:
         return sorted(set(self.column.values()))

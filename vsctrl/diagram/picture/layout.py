@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from vsctrl.diagram.picture.grid import Grid
 from vsctrl.diagram.picture.route import Point, Wire
 
+Width = Callable[[str], float]  #: of a signal's name
+
 RADIUS = 11.0  #: of a summing point
 NAME = 17.0  #: height kept above a box for its name
 LABEL = 19.0  #: height kept above a wire for its signal
@@ -73,23 +75,16 @@ class Picture:
 
 
 def arrange(
-    grid: Grid,
-    wires: list[Wire],
-    size: Callable[[int], Size],
-    label_width: Callable[[str], float],
+    grid: Grid, wires: list[Wire], size: Callable[[int], Size], label_width: Width
 ) -> Picture:
     """Positions for all of it, given the size of each block and the width of each name."""
     frame = _Frame(grid, wires, size, label_width)
     boxes = tuple(frame.box(i) for i in range(len(grid.spots)))
-    return Picture(
-        frame.x.end + MARGIN,
-        frame.y.end + MARGIN,
-        boxes,
-        tuple(frame.path(wire, boxes) for wire in wires),
-        tuple(frame.point(wire.points[0]) for wire in wires if wire.source is None),
-        tuple(label for box in boxes if (label := frame.label(box))),
-        tuple(sign for box in boxes for sign in frame.signs(box)),
-    )
+    paths = tuple(frame.path(wire, boxes) for wire in wires)
+    dots = tuple(frame.point(wire.points[0]) for wire in wires if wire.source is None)
+    labels = tuple(label for box in boxes if (label := frame.label(box)))
+    signs = tuple(sign for box in boxes for sign in frame.signs(box))
+    return Picture(frame.x.end + MARGIN, frame.y.end + MARGIN, boxes, paths, dots, labels, signs)
 
 
 @dataclass(frozen=True)
@@ -136,27 +131,16 @@ class _Axis:
 
 class _Frame:
     def __init__(
-        self,
-        grid: Grid,
-        wires: list[Wire],
-        size: Callable[[int], Size],
-        label_width: Callable[[str], float],
+        self, grid: Grid, wires: list[Wire], size: Callable[[int], Size], label_width: Width
     ) -> None:
         self.grid, self.nodes, self.spots = grid, grid.graph.nodes, grid.spots
         self.size, self.label_width = size, label_width
-        self.ends = self._named_ends(wires)
+        # The outputs that are not straight ahead of the label of their signal bear its name.
+        turned = {wire.sink for wire in wires if wire.source is None or len(wire.points) > 2}
+        self.ends = turned & set(grid.graph.of("output"))
         self.extents = [self._extent(i) for i in range(len(self.nodes))]
         self.x = self._columns([x for wire in wires for x, _ in wire.points])
         self.y = self._lanes([y for wire in wires for _, y in wire.points])
-
-    def _named_ends(self, wires: list[Wire]) -> set[int]:
-        """The outputs that are not straight ahead of the label of their signal."""
-        return {
-            wire.sink
-            for wire in wires
-            if self.nodes[wire.sink].kind == "output"
-            and (wire.source is None or len(wire.points) > 2)
-        }
 
     def _extent(self, i: int) -> _Extent:
         node, spot = self.nodes[i], self.spots[i]
@@ -173,12 +157,10 @@ class _Frame:
         return _Extent(0.0, right, LABEL, 8.0)
 
     def _columns(self, used: list[float]) -> _Axis:
-        count = 1 + max(spot.column for spot in self.spots)
-        left, right = [0.0] * count, [0.0] * count
-        for spot, extent in zip(self.spots, self.extents, strict=True):
-            left[spot.column] = max(left[spot.column], extent.left)
-            right[spot.column] = max(right[spot.column], extent.right)
-        before, after = [_ARROW] * count, [_GAP] * count
+        columns = [spot.column for spot in self.spots]
+        left = _largest(columns, [extent.left for extent in self.extents])
+        right = _largest(columns, [extent.right for extent in self.extents])
+        before, after = [_ARROW] * len(left), [_GAP] * len(left)
         for i, (node, spot) in enumerate(zip(self.nodes, self.spots, strict=True)):
             if self._is_labelled(i) and spot.out in ("left", "right"):
                 room, cells = (after, right) if spot.out == "right" else (before, left)
@@ -188,13 +170,11 @@ class _Frame:
         return _Axis(list(zip(left, right, strict=True)), used, before, after)
 
     def _lanes(self, used: list[float]) -> _Axis:
-        count = 1 + max(spot.lane for spot in self.spots)
-        up, down = [0.0] * count, [0.0] * count
-        for spot, extent in zip(self.spots, self.extents, strict=True):
-            up[spot.lane] = max(up[spot.lane], extent.up)
-            down[spot.lane] = max(down[spot.lane], extent.down)
-        gaps = [_GAP] * count
-        return _Axis(list(zip(up, down, strict=True)), used, [8.0] * count, gaps)
+        lanes = [spot.lane for spot in self.spots]
+        up = _largest(lanes, [extent.up for extent in self.extents])
+        down = _largest(lanes, [extent.down for extent in self.extents])
+        cells = list(zip(up, down, strict=True))
+        return _Axis(cells, used, [8.0] * len(cells), [_GAP] * len(cells))
 
     def _is_labelled(self, i: int) -> bool:
         """Whether the node's signal is named; those inside a split sum are not."""
@@ -246,19 +226,22 @@ class _Frame:
         """The sign of each wire into a sum, beside the tip of its arrow."""
         if self.nodes[box.node].kind != "sum":
             return []
-        offset = {
-            "left": (-RADIUS - 8.0, -8.0),
-            "right": (RADIUS + 8.0, -8.0),
-            "top": (9.0, -RADIUS - 8.0),
-            "bottom": (9.0, RADIUS + 8.0),
-        }
-        if self.spots[box.node].out == "left":
-            offset |= {"top": (-9.0, -RADIUS - 8.0), "bottom": (-9.0, RADIUS + 8.0)}
+        away, beside = RADIUS + 8.0, -9.0 if self.spots[box.node].out == "left" else 9.0
+        offset = {"left": (-away, -8.0), "right": (away, -8.0)}
+        offset |= {"top": (beside, -away), "bottom": (beside, away)}
         sides = [self.grid.sides[box.node, name] for _, name in self.nodes[box.node].takes]
         return [
             (box.x + offset[side][0], box.y + offset[side][1], sign)
             for side, (sign, _) in zip(sides, self.nodes[box.node].takes, strict=True)
         ]
+
+
+def _largest(cells: list[int], sizes: list[float]) -> list[float]:
+    """The largest size in each column or lane."""
+    largest = [0.0] * (1 + max(cells))
+    for cell, size in zip(cells, sizes, strict=True):
+        largest[cell] = max(largest[cell], size)
+    return largest
 
 
 def _cut(end: Point, inside: Point, box: Box) -> Point:

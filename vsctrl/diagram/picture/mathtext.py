@@ -21,13 +21,10 @@ def formula(expr: sp.Expr, name: str) -> Formula:
     """A block's transfer function, or G_name(s) where it is too long."""
     pieces = _pieces(expr)
     if width(pieces) > LONGEST:
-        head = symbol(name).runs if len(name) < 4 else (Run("G", True), _shortened(name))
+        short = Run(name if len(name) <= 16 else name[:15].rstrip() + "…").script(-0.22)
+        head = symbol(name).runs if len(name) < 4 else (Run("G", True), short)
         pieces = (Line((*head, Run("("), Run("s", italic=True), Run(")"))),)
     return pieces
-
-
-def _shortened(name: str) -> Run:
-    return Run(name if len(name) <= 16 else name[:15].rstrip() + "…").script(-0.22)
 
 
 def _pieces(expr: sp.Expr) -> Formula:
@@ -66,7 +63,8 @@ def _inline(expr: sp.Expr) -> tuple[Run, ...]:
         negative, num, den = _split(term)
         runs += [*_sign(negative, lead=i == 0), *_product(num, alone=not den)]
         if den:
-            below = _product(den, alone=len(den) == 1 and not _is_sum(den[0]))
+            is_sum = not isinstance(den[0], str) and bool(den[0].is_Add)
+            below = _product(den, alone=len(den) == 1 and not is_sum)
             runs += [Run("/"), *(below if len(den) == 1 else _bracketed(below))]
     return tuple(runs)
 
@@ -122,10 +120,6 @@ def _bracketed(runs: Iterable[Run]) -> tuple[Run, ...]:
     return (Run("("), *runs, Run(")"))
 
 
-def _is_sum(factor: sp.Expr | str) -> bool:
-    return not isinstance(factor, str) and bool(factor.is_Add)
-
-
 def _split(expr: sp.Expr) -> tuple[bool, list[sp.Expr | str], list[sp.Expr | str]]:
     """(negative, factors above the bar, factors below it); e^{−τs} stays above."""
     negative = False
@@ -169,15 +163,10 @@ def _rank(factor: sp.Expr | str) -> tuple[int, str]:
 def _terms(expr: sp.Expr) -> list[sp.Expr]:
     """Terms of a sum, highest power of s first; a positive one leads where there is one."""
 
-    def key(term: sp.Expr) -> tuple[bool, int]:
-        power = sum(int(e) for b, e in map(_base_power, sp.Mul.make_args(term)) if b == s)
-        return False, -power
+    def power(term: sp.Expr) -> int:
+        factors = (factor.as_base_exp() for factor in sp.Mul.make_args(term))
+        return sum(int(exponent) for base, exponent in factors if base == s and exponent.is_Integer)
 
-    terms = sorted(expr.as_ordered_terms(), key=key)
+    terms = sorted(expr.as_ordered_terms(), key=lambda term: -power(term))
     first = next((t for t in terms if not t.could_extract_minus_sign()), terms[0])
     return [first, *(t for t in terms if t is not first)]
-
-
-def _base_power(factor: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    base, power = factor.as_base_exp()
-    return base, power if power.is_Integer else sp.Integer(0)

@@ -10,13 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
-from vsctrl.diagram.description.blocks import Block
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.description.blocks import Sum
-    from vsctrl.diagram.description.wiring import Wiring
+from vsctrl.diagram.description.blocks import Block, Sum
+from vsctrl.diagram.description.wiring import Wiring
 
 SEARCH = 4000  #: steps spent on a longest path; beyond, the best one found so far is taken
 
@@ -160,14 +156,10 @@ def next_chain(graph: Graph, placed: set[int]) -> Chain:
         for goals in (leaving, free):
             path = graph.longest(start, goals, free)
             if path:
-                minuses = sum(_sign(graph, a, b) < 0 for a, b in pairwise(path))
+                minuses = sum(dict(graph.after[a])[b] < 0 for a, b in pairwise(path))
                 score = 2 * anchored + (goals is leaving), -minuses, len(path)
                 best = max(best, (score, path), key=lambda pair: pair[0])
     return _anchored(graph, best[1], placed)
-
-
-def _sign(graph: Graph, a: int, b: int) -> int:
-    return next(sign for i, sign in graph.after[a] if i == b)
 
 
 def _anchored(graph: Graph, path: list[int], placed: set[int]) -> Chain:

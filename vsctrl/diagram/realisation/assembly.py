@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 
-from vsctrl.diagram.description.wiring import resolve
+from vsctrl.diagram.description.wiring import Wiring, resolve
 from vsctrl.diagram.realisation import descriptor
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.reduction import pruned
 from vsctrl.diagram.symbolic.coefficients import BlockCoefficients
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.description.wiring import Wiring
 
 Array = NDArray[np.float64]
 
@@ -33,12 +29,11 @@ def realise(
     Errors: `InputError` for a singular algebraic loop, an improper channel, a block without a
     finite or causal gain.
     """
-    form = _Assembly.of(diagram, blocks, sources)
-    outputs = [form.signal(diagram, name) for name in targets] + form.delayed
-    reduced = descriptor.reduce(
-        form.pencil(), np.array(outputs).reshape(len(outputs), form.width), [b.name for b in blocks]
-    )
-    system = descriptor.causal(reduced, len(sources), tuple(form.delays), sources, targets)
+    form = _Assembly(diagram, blocks, sources)
+    outputs = np.array([*(form.signal(name) for name in targets), *form.delayed])
+    outputs = outputs.reshape(len(targets) + len(form.delayed), form.width)
+    reduced = descriptor.reduce(form.pencil(), outputs, [block.name for block in blocks])
+    system = descriptor.causal(reduced, tuple(form.delays), sources, targets)
     whole = DelaySystem(*system)
     return _balanced(pruned(whole) if sources and targets else whole)
 
@@ -51,35 +46,27 @@ class _Assembly:
     Each delayed sum of ξ's is one channel.
     """
 
-    def __init__(self, orders: list[int], inputs: int, channels: int) -> None:
-        self.starts = np.concatenate([[0], np.cumsum(orders)]).astype(int)
-        self.states, self.blocks = int(self.starts[-1]), len(orders)
-        self.orders = orders
-        self.width = self.states + self.blocks + inputs + channels
-        self.inputs = inputs
+    def __init__(
+        self, diagram: Wiring, blocks: list[BlockCoefficients], sources: tuple[str, ...]
+    ) -> None:
+        self.diagram = diagram
+        self.orders = [max((k for k, _ in (*b.num, *b.den)), default=0) for b in blocks]
+        self.starts = np.concatenate([[0], np.cumsum(self.orders)]).astype(int)
+        self.states, self.blocks = int(self.starts[-1]), len(blocks)
+        channels = [len({tau for _, tau in side} - {0}) for b in blocks for side in (b.num, b.den)]
+        #: the first column of u, and the first of w
+        self.u, self.w = self.states + self.blocks, self.states + self.blocks + len(sources)
+        self.width = self.w + sum(channels)
         self.delays: list[Fraction] = []
         self.delayed: list[Array] = []
-        self.inner: list[Array] = []
-        self.out: dict[str, Array] = {}
-        self.pencil_rows = np.zeros((self.blocks, self.width))
-
-    @classmethod
-    def of(
-        cls, diagram: Wiring, blocks: list[BlockCoefficients], sources: tuple[str, ...]
-    ) -> _Assembly:
-        orders = [max((k for k, _ in (*b.num, *b.den)), default=0) for b in blocks]
-        channels = sum(
-            len({tau for _, tau in side} - {0}) for b in blocks for side in (b.num, b.den)
-        )
-        self = cls(orders, len(sources), channels)
+        self.out = {name: np.eye(1, self.width, self.u + j)[0] for j, name in enumerate(sources)}
+        inner = []
         for i, (b, block) in enumerate(zip(blocks, diagram.blocks, strict=True)):
-            self.inner.append(self._combination(i, b.den))
+            inner.append(self._combination(i, b.den))
             self.out[block.output] = self._combination(i, b.num)
-        for j, name in enumerate(sources):
-            self.out[name] = self._unit(self.states + self.blocks + j)
+        self.ties = np.zeros((self.blocks, self.width))
         for i, block in enumerate(diagram.blocks):
-            self.pencil_rows[i] = self.inner[i] - self.signal(diagram, block.input)
-        return self
+            self.ties[i] = inner[i] - self.signal(block.input)
 
     def pencil(self) -> descriptor.Pencil:
         """X' = (rows of X') · [X; a; U] and 0 = (rows of blocks) · [X; a; U]."""
@@ -87,12 +74,12 @@ class _Assembly:
         for i, order in enumerate(self.orders):
             for k in range(order):
                 slope[self.starts[i] + k, self._column(i, k + 1)] = 1.0
-        return descriptor.Pencil(slope, self.pencil_rows, self.states, self.blocks)
+        return descriptor.Pencil(slope, self.ties, self.states, self.blocks)
 
-    def signal(self, diagram: Wiring, name: str) -> Array:
+    def signal(self, name: str) -> Array:
         """A signal of the diagram as a row over [X | a | u, w]; inputs not asked for are zero."""
         row = np.zeros(self.width)
-        for leaf, factor in resolve(diagram, name).items():
+        for leaf, factor in resolve(self.diagram, name).items():
             if leaf in self.out:
                 row = row + factor * self.out[leaf]
         return row
@@ -100,20 +87,15 @@ class _Assembly:
     def _column(self, i: int, k: int) -> int:
         return int(self.starts[i]) + k if k < self.orders[i] else self.states + i
 
-    def _unit(self, column: int) -> Array:
-        row = np.zeros(self.width)
-        row[column] = 1.0
-        return row
-
     def _combination(self, i: int, side: dict[tuple[int, Fraction], float]) -> Array:
         """Σ c ξ^(k)(t − τ) as a row; what is delayed becomes a channel of its own."""
         direct = np.zeros(self.width)
-        late: dict[Fraction, Array] = {}
+        delayed: dict[Fraction, Array] = {}
         for (k, tau), c in side.items():
-            row = direct if tau == 0 else late.setdefault(tau, np.zeros(self.width))
+            row = direct if tau == 0 else delayed.setdefault(tau, np.zeros(self.width))
             row[self._column(i, k)] += c
-        for tau, row in sorted(late.items()):
-            direct[self.states + self.blocks + self.inputs + len(self.delays)] = 1.0
+        for tau, row in sorted(delayed.items()):
+            direct[self.w + len(self.delays)] = 1.0
             self.delays.append(tau)
             self.delayed.append(row)
         return direct
@@ -129,10 +111,5 @@ def _balanced(system: DelaySystem) -> DelaySystem:
     if not len(system.A):
         return system
     _, (unit, _) = matrix_balance(system.A, permute=False, separate=True)
-    return DelaySystem(
-        system.A * unit / unit[:, None],
-        system.B / unit[:, None],
-        system.C * unit,
-        system.D,
-        system.delays,
-    )
+    A, B = system.A * unit / unit[:, None], system.B / unit[:, None]
+    return DelaySystem(A, B, system.C * unit, system.D, system.delays)

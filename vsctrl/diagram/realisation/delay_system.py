@@ -5,11 +5,13 @@
 
 Every delay of a diagram is one channel zⱼ → wⱼ; the rest is finite-dimensional. Delays that are
 zero have become algebraic before they get here. How derivatives of signals are removed is left to
-`descriptor`; what is computed from the system, to `frequency`, `roots`, `response` and `pade`.
+`descriptor`; what is computed from the system, to the rooms above.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -40,6 +42,17 @@ class DelaySystem:
         """Number p of external outputs."""
         return self.C.shape[0] - len(self.delays)
 
+    @cached_property
+    def tau(self) -> Array:
+        """The delays as floats, (m,) (s)."""
+        return np.array([float(delay) for delay in self.delays])
+
+    @property
+    def inner(self) -> tuple[Array, Array, Array]:
+        """(B₂, C₂, D₂₂) of x' = A x + B₂ w, z = C₂ x + D₂₂ w: what acts without inputs."""
+        r, p = self.inputs, self.outputs
+        return self.B[:, r:], self.C[p:], self.D[p:, r:]
+
     def scaled(self, unit: float) -> DelaySystem:
         """The same system with time counted in multiples of `unit` (s)."""
         slope = np.array([[unit]])
@@ -64,39 +77,44 @@ class DelaySystem:
 
         `at` has any shape; the result is (…, n+m, n+m).
         """
-        tau, fixed, unit, late, _ = self._affine
+        tau, fixed, unit, delayed, _ = self._affine
         lag = np.exp(-at[..., None] * tau)[..., None]
-        return np.asarray(fixed + at[..., None, None] * unit - lag * late, complex)
+        return np.asarray(fixed + at[..., None, None] * unit - lag * delayed, complex)
 
     @cached_property
     def _affine(self) -> tuple[Array, Array, Array, Array, Array]:
         """(τ, M₀, E, K, diag(τ) K) with characteristic(s) = M₀ + s E − Δ K."""
-        n, r, p = len(self.A), self.inputs, self.outputs
-        tau = np.array([float(delay) for delay in self.delays])
-        size = n + len(tau)
-        fixed, late, unit = np.eye(size), np.zeros((size, size)), np.zeros((size, size))
-        fixed[:n, :n], fixed[:n, n:] = -self.A, -self.B[:, r:]
-        late[n:, :n], late[n:, n:] = self.C[p:], self.D[p:, r:]
+        n, size = len(self.A), len(self.A) + len(self.delays)
+        B2, C2, D22 = self.inner
+        fixed, delayed, unit = np.eye(size), np.zeros((size, size)), np.zeros((size, size))
+        fixed[:n, :n], fixed[:n, n:] = -self.A, -B2
+        delayed[n:, :n], delayed[n:, n:] = C2, D22
         unit[:n, :n] = np.eye(n)
-        tau = np.concatenate([np.zeros(n), tau])
-        return tau, fixed, unit, late, tau[:, None] * late
+        tau = np.concatenate([np.zeros(n), self.tau])
+        return tau, fixed, unit, delayed, tau[:, None] * delayed
 
     def characteristic_and_slope(
         self, at: NDArray[np.complex128]
     ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
         """`characteristic` and its derivative with respect to s, same shape."""
-        tau, fixed, unit, late, slope = self._affine
+        tau, fixed, unit, delayed, slope = self._affine
         lag = np.exp(-at[..., None] * tau)[..., None]
-        matrix = fixed + at[..., None, None] * unit - lag * late
+        matrix = fixed + at[..., None, None] * unit - lag * delayed
         return np.asarray(matrix, complex), np.asarray(unit + lag * slope, complex)
 
     def transfer(self, at: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """The p×r transfer matrix at each s of `at`, exact; (…, p, r)."""
         n, r, p = len(self.A), self.inputs, self.outputs
-        lag = np.exp(-at[..., None] * np.array([float(tau) for tau in self.delays]))[..., None]
+        lag = np.exp(-at[..., None] * self.tau)[..., None]
         right = np.zeros((*at.shape, n + len(self.delays), r), complex)
         right[..., :n, :] = self.B[:, :r]
         right[..., n:, :] = lag * self.D[p:, :r]
         inner = np.linalg.solve(self.characteristic(at), right)
         left = np.hstack([self.C[:p], self.D[:p, r:]])
         return np.asarray(left @ inner + self.D[:p, :r], complex)
+
+
+def common_divisor(delays: Collection[Fraction]) -> Fraction:
+    """The largest number of which all of some delays (s) are whole multiples."""
+    low = math.lcm(*(tau.denominator for tau in delays))
+    return Fraction(math.gcd(*(int(tau * low) for tau in delays)), low)

@@ -15,6 +15,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.diagram.numerics.graphs import closure
 from vsctrl.errors import ImproperError, InputError
 
 Array = NDArray[np.float64]
@@ -51,7 +52,7 @@ def reduce(pencil: Pencil, outputs: Array, blocks: list[str]) -> Reduced:
     Errors: `InputError` naming the blocks of a singular algebraic loop.
     """
     whole = pencil
-    pencil, outputs, left_over = _substituted(pencil, outputs)
+    pencil, outputs, unsolved = _substituted(pencil, outputs)
     n, q = pencil.states, pencil.algebraic
     A, Ba, B = pencil.slope[:, :n], pencil.slope[:, n : n + q], [pencil.slope[:, n + q :]]
     scaled = pencil.tie / np.abs(pencil.tie).max(axis=1, keepdims=True, initial=1e-300)
@@ -68,7 +69,7 @@ def reduce(pencil: Pencil, outputs: Array, blocks: list[str]) -> Reduced:
         basis, triangle = np.linalg.qr(R.T, mode="complete")
         k = q - rank
         if len(R.T) < k or np.linalg.matrix_rank(triangle, tol=RANK_TOLERANCE * 10) < k:
-            raise singular_loop(whole, left_over, blocks)
+            raise singular_loop(whole, unsolved, blocks)
         stay, go = basis[:, k:], basis[:, :k]
         # go-part of X = −(R go)⁻¹ Σ (bound Hₖ) U⁽ᵏ⁾, and its derivative replaces the used ties.
         tied = [-np.linalg.solve(R @ go, bound @ Hk) for Hk in H]
@@ -81,7 +82,7 @@ def reduce(pencil: Pencil, outputs: Array, blocks: list[str]) -> Reduced:
         G = np.vstack([free @ G, go.T @ Ba])
         A, Ba, B, C = stay.T @ A @ stay, stay.T @ Ba, [stay.T @ Bk for Bk in B], C @ stay
     else:  # pragma: no cover - each round removes a state, so n rounds always suffice
-        raise singular_loop(whole, left_over, blocks)
+        raise singular_loop(whole, unsolved, blocks)
     if q:
         solved, drives = -np.linalg.solve(G, F), [-np.linalg.solve(G, Hk) for Hk in H]
         A, C = A + Ba @ solved, C + Ca @ solved
@@ -98,11 +99,11 @@ def _substituted(pencil: Pencil, outputs: Array) -> tuple[Pencil, Array, list[in
     n, q = pencil.states, pencil.algebraic
     slope, tie, out = pencil.slope.copy(), pencil.tie.copy(), outputs.copy()
     size = np.abs(tie[np.arange(q), n + np.arange(q)])
-    left = []
+    unsolved = []
     for i in range(q):
         pivot = tie[i, n + i]
         if abs(pivot) <= 1e-6 * size[i] or pivot == 0:
-            left.append(i)
+            unsolved.append(i)
             continue
         for rows in (slope, tie, out):
             factors = rows[:, n + i] / pivot
@@ -113,14 +114,13 @@ def _substituted(pencil: Pencil, outputs: Array) -> tuple[Pencil, Array, list[in
                 size[used] += np.abs(factors[used] * tie[i, n + used])
             rows[used] -= factors[used, None] * tie[i]
             rows[used, n + i] = 0.0
-    keep = [*range(n), *(n + i for i in left), *range(n + q, tie.shape[1])]
-    reduced = Pencil(slope[:, keep], tie[np.ix_(left, keep)], n, len(left))
-    return reduced, out[:, keep], left
+    keep = [*range(n), *(n + i for i in unsolved), *range(n + q, tie.shape[1])]
+    reduced = Pencil(slope[:, keep], tie[np.ix_(unsolved, keep)], n, len(unsolved))
+    return reduced, out[:, keep], unsolved
 
 
 def causal(
     system: Reduced,
-    r: int,
     delays: tuple[Fraction, ...],
     sources: tuple[str, ...],
     targets: tuple[str, ...],
@@ -130,16 +130,19 @@ def causal(
     Errors: `InputError` for a channel whose output holds a derivative of its input, and for a
     loop that differentiates its own delayed past again and again (an advanced equation).
     """
-    p = len(targets)
-    system, delays = _into_states(system), tuple(delays)
+    r, p = len(sources), len(targets)
+    system = _into_states(system)
     for _ in range(2 * len(delays) + 4):
-        hits = _derivatives(system)
-        smooth = next((j - r for _, j in hits if j >= r and _is_smooth(system, p + j - r)), None)
-        late = next(((i - p, j) for i, j in hits if i >= p), None)
+        #: (row, column) of every coefficient of a derivative among the outputs
+        hits = [(int(i), int(j)) for d in system.D[1:] for i, j in np.argwhere(d)]
+        # A signal that follows the states alone has a derivative that does too.
+        follows = [not any(d[p + k].any() for d in system.D) for k in range(len(delays))]
+        smooth = next((j - r for _, j in hits if j >= r and follows[j - r]), None)
+        behind = next(((i - p, j) for i, j in hits if i >= p), None)
         if smooth is not None:
             system, delays = _before_delay(system, r, p, delays, smooth)
-        elif late is not None:
-            system, delays = _behind_delay(system, r, p, delays, late)
+        elif behind is not None:
+            system, delays = _behind_delay(system, r, p, delays, *behind)
             system = _into_states(system)
         else:
             break
@@ -175,16 +178,6 @@ def _clean(system: Reduced) -> Reduced:
     return Reduced(system.A, system.B, system.C, D)
 
 
-def _derivatives(system: Reduced) -> list[tuple[int, int]]:
-    """(row, column) of every coefficient of a derivative among the outputs."""
-    return [(int(i), int(j)) for d in system.D[1:] for i, j in np.argwhere(d)]
-
-
-def _is_smooth(system: Reduced, row: int) -> bool:
-    """Whether this output follows the states alone, so that its derivative is one of them too."""
-    return not any(d[row].any() for d in system.D)
-
-
 def _before_delay(
     system: Reduced, r: int, p: int, delays: tuple[Fraction, ...], channel: int
 ) -> tuple[Reduced, tuple[Fraction, ...]]:
@@ -201,10 +194,9 @@ def _before_delay(
 
 
 def _behind_delay(
-    system: Reduced, r: int, p: int, delays: tuple[Fraction, ...], at: tuple[int, int]
+    system: Reduced, r: int, p: int, delays: tuple[Fraction, ...], channel: int, column: int
 ) -> tuple[Reduced, tuple[Fraction, ...]]:
     """Delay the differentiated signal itself and differentiate it after its delay instead."""
-    channel, column = at
     orders = len(system.D)
     moved = [system.D[k][p + channel, column] if k else 0.0 for k in range(orders)]
     old = r + channel
@@ -227,10 +219,8 @@ def _behind_delay(
 
 def _padded(a: list[Array], b: list[Array]) -> tuple[list[Array], list[Array]]:
     n = max(len(a), len(b))
-    return (
-        a + [np.zeros_like(a[0])] * (n - len(a)),
-        b + [np.zeros_like(b[0])] * (n - len(b)),
-    )
+    more_a, more_b = ([np.zeros_like(side[0])] * (n - len(side)) for side in (a, b))
+    return a + more_a, b + more_b
 
 
 def _plus(a: list[Array], b: list[Array]) -> list[Array]:
@@ -238,13 +228,11 @@ def _plus(a: list[Array], b: list[Array]) -> list[Array]:
     return [x + y for x, y in zip(*_padded(a, b), strict=True)]
 
 
-def singular_loop(pencil: Pencil, left_over: list[int], blocks: list[str]) -> InputError:
+def singular_loop(pencil: Pencil, unsolved: list[int], blocks: list[str]) -> InputError:
     """Name the blocks that feed through to a block that could not be solved for, and back."""
     n, q = pencil.states, pencil.algebraic
-    reach = (pencil.tie[:, n : n + q] != 0) | np.eye(q, dtype=bool)
-    for _ in range(q):
-        reach = reach @ reach
-    inside = [i for i in range(q) if any(reach[i, j] and reach[j, i] for j in left_over)]
+    feeds = closure(pencil.tie[:, n : n + q])
+    inside = np.flatnonzero((feeds & feeds.T)[:, unsolved].any(1))
     return InputError(
         f"at: the algebraic loop through {', '.join(blocks[i] for i in inside)} is singular at "
         "these values (its return difference is zero); change a gain in it or put a lag into it."

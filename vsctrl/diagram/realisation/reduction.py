@@ -7,6 +7,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.diagram.numerics.graphs import closure, on_cycles
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 
 Array = NDArray[np.float64]
@@ -14,26 +15,22 @@ Array = NDArray[np.float64]
 
 def pruned(system: DelaySystem) -> DelaySystem:
     """Drop the states and delay channels that the inputs do not reach or the outputs do not see."""
-    n, r, p, m = len(system.A), system.inputs, system.outputs, len(system.delays)
-    # Node i < n is state i, node n + j is delay channel j; an edge means "depends on".
-    edges = np.zeros((n + m, n + m), bool)
-    edges[:n, :n], edges[:n, n:] = system.A != 0, system.B[:, r:] != 0
-    edges[n:, :n], edges[n:, n:] = system.C[p:] != 0, system.D[p:, r:] != 0
+    n, r, p = len(system.A), system.inputs, system.outputs
+    depends = closure(_dependences(system))
     driven = np.concatenate([system.B[:, :r].any(1), system.D[p:, :r].any(1)])
-    seen = np.concatenate([system.C[:p].any(0), system.D[:p, r:].any(0)])
-    for _ in range(n + m):
-        driven = driven | (edges & driven).any(1)
-        seen = seen | (edges.T & seen).any(1)
-    keep = driven & seen
+    shown = np.concatenate([system.C[:p].any(0), system.D[:p, r:].any(0)])
+    keep = depends[:, driven].any(1) & depends[shown].any(0)
     x, w = np.flatnonzero(keep[:n]), np.flatnonzero(keep[n:])
     columns, rows = np.r_[0:r, r + w].astype(int), np.r_[0:p, p + w].astype(int)
-    return DelaySystem(
-        system.A[np.ix_(x, x)],
-        system.B[np.ix_(x, columns)],
-        system.C[np.ix_(rows, x)],
-        system.D[np.ix_(rows, columns)],
-        tuple(system.delays[j] for j in w),
-    )
+    A, B = system.A[np.ix_(x, x)], system.B[np.ix_(x, columns)]
+    C, D = system.C[np.ix_(rows, x)], system.D[np.ix_(rows, columns)]
+    return DelaySystem(A, B, C, D, tuple(system.delays[j] for j in w))
+
+
+def _dependences(system: DelaySystem) -> Array:
+    """At (i, j) how i depends on j: the states come first, then the delay channels."""
+    B2, C2, D22 = system.inner
+    return np.block([[system.A, B2], [C2, D22]])
 
 
 def delays_in_loops(system: DelaySystem) -> DelaySystem:
@@ -41,15 +38,10 @@ def delays_in_loops(system: DelaySystem) -> DelaySystem:
 
     They make the characteristic matrix block triangular and leave its determinant alone.
     """
-    n, r, p, m = len(system.A), system.inputs, system.outputs, len(system.delays)
-    reach = np.zeros((n + m, n + m), bool)
-    reach[:n, :n], reach[:n, n:] = system.A != 0, system.B[:, r:] != 0
-    reach[n:, :n], reach[n:, n:] = system.C[p:] != 0, system.D[p:, r:] != 0
-    for _ in range((n + m).bit_length()):
-        reach = reach | (reach @ reach)
-    w = np.flatnonzero(np.diag(reach)[n:])
-    B, C, D = system.B[:, r + w], system.C[p + w], system.D[np.ix_(p + w, r + w)]
-    return _merged(DelaySystem(system.A, B, C, D, tuple(system.delays[j] for j in w)))
+    w = np.flatnonzero(on_cycles(_dependences(system))[len(system.A) :])
+    B2, C2, D22 = system.inner
+    delays = tuple(system.delays[j] for j in w)
+    return _merged(DelaySystem(system.A, B2[:, w], C2[w], D22[np.ix_(w, w)], delays))
 
 
 def _merged(system: DelaySystem) -> DelaySystem:

@@ -2,7 +2,7 @@
 
 A list of roots, however well polished, does not say that none is missing. The turning of the
 characteristic determinant along a line does, and is given with the answer; where it cannot be had,
-a sentence says why. Of a neutral loop the chains of roots are settled first (`chains`): right of
+a sentence says why. Of a neutral loop the chains of roots are located first (`neutral`): right of
 them it is counted like any other.
 """
 
@@ -49,29 +49,29 @@ def roots_right_of(system: DelaySystem, sigma: float = 0.0) -> RootsRight:
     """The roots right of a line, with the count that certifies them where there is one."""
     system = delays_in_loops(system)
     unit = float(max(system.delays, default=1))
-    chains = DifferenceOperator.of(system.scaled(unit))
-    line = chains.line() / unit
-    count = _count(system, chains, sigma)
+    operator = DifferenceOperator.of(system.scaled(unit))
+    chain = operator.spectral_abscissa() / unit
+    count = _count(system, operator, sigma)
     roots = _listed(system, sigma, count)
     if count is None:
         why = (
             "a root lies too near the line, or the determinant turns too often to follow"
-            if chains.margin(sigma * unit)
+            if operator.lower_bound(sigma * unit)
             else "this neutral loop has chains of roots, which cannot be told to lie left or right "
-            f"of {sigma:g} rad/s (none lies right of {line:g} rad/s)"
+            f"of {sigma:g} rad/s (none lies right of {chain:g} rad/s)"
         )
         sentence = f"{len(roots)} were found; they are not certified, because {why}."
-        return RootsRight(sigma, roots, len(roots), False, sentence, line)
+        return RootsRight(sigma, roots, len(roots), False, sentence, chain)
     if math.isinf(count):
         sentence = f"A neutral loop has a chain of roots right of {sigma:g} rad/s: infinitely many."
-        return RootsRight(sigma, roots, count, True, sentence, line)
+        return RootsRight(sigma, roots, count, True, sentence, chain)
     complete = len(roots) == count
     sentence = (
         f"The determinant turns as often as {count:g} roots make it; {len(roots)} are listed."
     )
-    if not chains.none:
-        sentence += " " + _about(chains.robust(sigma * unit), line, sigma)
-    return RootsRight(sigma, roots, count, complete or count > MOST_LISTED, sentence, line)
+    if not operator.is_identity:
+        sentence += " " + _about(operator.is_strongly_stable(sigma * unit), chain, sigma)
+    return RootsRight(sigma, roots, count, complete or count > MOST_LISTED, sentence, chain)
 
 
 def _listed(system: DelaySystem, sigma: float, count: float | None) -> Complex:
@@ -85,18 +85,16 @@ def _listed(system: DelaySystem, sigma: float, count: float | None) -> Complex:
         wanted = min(2 * wanted + 6, MOST_LISTED)
 
 
-def _about(robust: bool | None, line: float, sigma: float) -> str:
+def _about(strongly: bool | None, line: float, sigma: float) -> str:
     """A sentence on chains left of the line of which the delays' ratios may be the only reason."""
-    told = f"The chains of roots of this neutral loop lie no further right than {line:g} rad/s"
-    if robust is None:
-        return (
-            f"{told}; whether they stay left of {sigma:g} rad/s if the delays change is not told."
-        )
-    if robust:
-        return f"{told}, strongly: small changes of the delays bring none right of {sigma:g} rad/s."
+    told = {
+        None: "; whether they stay left of {} if the delays change is not told.",
+        True: ", strongly: small changes of the delays bring none right of {}.",
+        False: ", but not strongly: arbitrarily small changes of the delays bring some right of "
+        "{}.",
+    }[strongly].format(f"{sigma:g} rad/s")
     return (
-        f"{told}, but not strongly: arbitrarily small changes of the delays bring some right of "
-        f"{sigma:g} rad/s."
+        f"The chains of roots of this neutral loop lie no further right than {line:g} rad/s{told}"
     )
 
 
@@ -131,33 +129,33 @@ def count_right_of(system: DelaySystem, sigma: float = 0.0) -> float:
     )
 
 
-def _count(system: DelaySystem, chains: DifferenceOperator, sigma: float) -> float | None:
+def _count(system: DelaySystem, operator: DifferenceOperator, sigma: float) -> float | None:
     """The number of roots right of sigma without listing them; None where it cannot be told."""
     if not system.delays:
         return int((np.linalg.eigvals(system.A).real > sigma).sum())
     unit = float(max(system.delays))
-    margin = chains.margin(sigma * unit)
-    if not margin:
-        return None if margin is None else math.inf
-    return _turns(system.scaled(unit), sigma * unit, margin)
+    least = operator.lower_bound(sigma * unit)
+    if not least:
+        return None if least is None else math.inf
+    return _winding_count(system.scaled(unit), sigma * unit, least)
 
 
-def _turns(system: DelaySystem, sigma: float, margin: float) -> int | None:
+def _winding_count(system: DelaySystem, sigma: float, least: float) -> int | None:
     """Roots right of sigma: N = n/2 − (arg g(σ + jω) from ω = 0 to ∞)/π, g = det M / det E.
 
-    E = I − Δ D₂₂ and M the characteristic matrix: g = det(sI − A − B₂ E⁻¹ Δ C₂) tends to sⁿ. Where
-    |g/sⁿ − 1| < 1 for good, the rest of the turn is known. None where a root lies so near the line
-    that its side cannot be told, or g turns too often to follow.
+    E = I − Δ D₂₂, |det E| ≥ `least`, and M the characteristic matrix: g = det(sI − A − B₂ E⁻¹ Δ C₂)
+    tends to sⁿ. Where |g/sⁿ − 1| < 1 for good, the rest of the turn is known. None where a root
+    lies so near the line that its side cannot be told, or g turns too often to follow.
     """
     n = len(system.A)
     if n == 0:
         return 0
     with np.errstate(over="ignore", invalid="ignore"):
-        top = _settled(system, sigma, margin)
-    if not top * sum(float(tau) for tau in system.delays) <= MOST_SAMPLES:
+        top = _frequency_bound(system, sigma, least)
+    if not top * system.tau.sum() <= MOST_SAMPLES:
         return None
     omega = np.linspace(0.0, top, 33)
-    phase, reach = _phases(system, sigma, omega)
+    phase, reach = _phase(system, sigma, omega)
     while True:
         # Between two points no nearer root than that can hide, so the shorter way round is it.
         gap = np.diff(omega)
@@ -167,7 +165,7 @@ def _turns(system: DelaySystem, sigma: float, margin: float) -> int | None:
         if len(omega) + len(rough) > MOST_SAMPLES or gap[rough].min() < 1e-15 * top:
             return None
         middle = (omega[rough] + omega[rough + 1]) / 2
-        new, near = _phases(system, sigma, middle)
+        new, near = _phase(system, sigma, middle)
         omega = np.insert(omega, rough + 1, middle)
         phase, reach = np.insert(phase, rough + 1, new, 1), np.insert(reach, rough + 1, near)
     step = np.angle(np.exp(1j * np.diff(phase)))
@@ -179,49 +177,47 @@ def _turns(system: DelaySystem, sigma: float, margin: float) -> int | None:
     return count if abs(turned - count) < 0.01 and count >= 0 else None
 
 
-def _settled(system: DelaySystem, sigma: float, margin: float) -> float:
+def _frequency_bound(system: DelaySystem, sigma: float, least: float) -> float:
     """A frequency beyond which |g/sⁿ − 1| < 1.
 
     g = det(sI − X), |X| ≤ |A| + |B₂| |E⁻¹Δ| |C₂| =: P in each entry, so no eigenvalue of X is
     larger than the Perron root ρ of P and |g/sⁿ − 1| ≤ (1 + ρ/|s|)ⁿ − 1.
     """
-    n, r, p = len(system.A), system.inputs, system.outputs
-    lag = np.exp(-sigma * np.array([float(tau) for tau in system.delays]))
-    through = lag[:, None] * np.abs(system.D[p:, r:])
-    m = len(lag)
+    B2, C2, D22 = system.inner
+    n, m, lag = len(system.A), len(D22), np.exp(-sigma * system.tau)
+    through = lag[:, None] * np.abs(D22)
     if perron(through) < 1 - 1e-9:
         most = np.linalg.solve(np.eye(m) - through, np.diag(lag))  # Neumann's series
     else:
-        # The m − 1 largest singular values of E make its adjugate, 1/det E at most 1/margin.
+        # The m − 1 largest singular values of E make its adjugate, 1/det E at most 1/least.
         size = (np.eye(m) + through) ** 2
         adjugate = (size.sum() / max(m - 1, 1)) ** ((m - 1) / 2)
-        most = np.full((m, m), adjugate / margin) * lag
-    P = np.abs(system.A) + np.abs(system.B[:, r:]) @ most @ np.abs(system.C[p:])
+        most = np.full((m, m), adjugate / least) * lag
+    P = np.abs(system.A) + np.abs(B2) @ most @ np.abs(C2)
     return 1.01 * perron(P) / (2 ** (1 / n) - 1) + 1e-300
 
 
-def _phases(system: DelaySystem, sigma: float, omega: Array) -> tuple[Array, Array]:
+def _phase(system: DelaySystem, sigma: float, omega: Array) -> tuple[Array, Array]:
     """arg det M and arg det E at points σ + jω of a line, and how far along it neither turns by π.
 
     M(s + jδ) = M(s) (I + Y), the eigenvalues of Y at most δ times the Perron root y of
     |[[I, 0], [−C₂, −D₂₂]] M⁻¹| diag(1, τ|Δ|), and each turns det M by asin(δ y) at most.
     """
-    n, r, p = len(system.A), system.inputs, system.outputs
-    D = system.D[p:, r:]
-    tau = np.array([float(delay) for delay in system.delays])
-    weight = np.r_[np.ones(n), tau * np.exp(-sigma * tau)]
+    n = len(system.A)
+    _, C2, D = system.inner
+    weight = np.r_[np.ones(n), system.tau * np.exp(-sigma * system.tau)]
     matrix = system.characteristic(np.asarray(sigma + 1j * omega))
-    change = np.block([[np.eye(n), np.zeros((n, len(D)))], [system.C[p:], D]])
+    change = np.block([[np.eye(n), np.zeros((n, len(D)))], [C2, D]])
     rank = int(np.linalg.matrix_rank(D)) if D.any() else 0
     phase = np.zeros((2, len(omega)))
-    phase[0], reach = _turn(matrix, change, weight, n + rank)
+    phase[0], reach = _argument(matrix, change, weight, n + rank)
     if rank:
-        phase[1], near = _turn(matrix[:, n:, n:], D, weight[n:], rank)
+        phase[1], near = _argument(matrix[:, n:, n:], D, weight[n:], rank)
         reach = np.minimum(reach, near)
     return phase, reach
 
 
-def _turn(matrix: Complex, change: Array, weight: Array, rank: int) -> tuple[Array, Array]:
+def _argument(matrix: Complex, change: Array, weight: Array, rank: int) -> tuple[Array, Array]:
     """The argument of a determinant and the δ up to which I + δY turns it by less than π.
 
     Y has `rank` eigenvalues that are not zero; on a root δ is 0.

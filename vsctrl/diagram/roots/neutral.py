@@ -1,4 +1,4 @@
-"""Where the chains of characteristic roots of a neutral loop lie.
+"""Where the infinitely many characteristic roots of a neutral loop lie, in chains.
 
 Delays that feed through to one another make infinitely many roots near vertical lines: the zeros of
 
@@ -21,7 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.diagram.realisation.delay_system import DelaySystem
+from vsctrl.diagram.numerics.graphs import on_cycles
+from vsctrl.diagram.realisation.delay_system import DelaySystem, common_divisor
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -34,6 +35,10 @@ MOST_SAMPLES = 2**20
 class _Terms(NamedTuple):
     c: Array
     T: tuple[Fraction, ...]
+
+    @property
+    def seconds(self) -> Array:
+        return np.array([float(T) for T in self.T])
 
 
 @dataclass(frozen=True)
@@ -49,80 +54,76 @@ class DifferenceOperator:
 
     @classmethod
     def of(cls, system: DelaySystem) -> DifferenceOperator:
-        """Those of a system; only delays on a cycle of D₂₂ make chains."""
-        D = system.D[system.outputs :, system.inputs :]
-        reach = D != 0
-        for _ in range(len(D).bit_length()):
-            reach = reach | (reach @ reach)
-        core = np.flatnonzero(np.diag(reach))
+        """That of a system; only delays on a cycle of D₂₂ make chains."""
+        _, _, D = system.inner
+        core = np.flatnonzero(on_cycles(D))
         D, delays = D[np.ix_(core, core)], tuple(system.delays[j] for j in core)
         return cls(D, delays, _expanded(D, delays) if len(core) <= MOST_CHANNELS else None)
 
     @property
-    def none(self) -> bool:
+    def is_identity(self) -> bool:
         """Whether f = 1: a retarded system, maybe with delays in series."""
         return self.terms is not None and not len(self.terms.c)
 
-    def margin(self, sigma: float) -> float | None:
+    def lower_bound(self, sigma: float) -> float | None:
         """The least |f| on Re s ≥ sigma, from below; 0 with a zero right of it, None if unknown."""
-        if self.none:
+        if self.is_identity:
             return 1.0
         rest = self._rest(sigma)
         if rest < 1 - 1e-9:
             return 1 - rest
         if self.terms is None:
             # |det(I − X)| = Π|1 − λ|, all |λ| at most the Perron root of |X|.
-            radius = self._perron(sigma)
+            radius = perron(np.abs(self._weighted(sigma)))
             return (1 - radius) ** len(self.D) if radius < 1 - 1e-9 else None
-        around = self._circle(sigma)
-        if around is not None:
-            return around
+        least = self._least_on_circle(sigma)
+        if least is not None:
+            return least
         return 0.0 if (self._zeros(sigma).real > sigma + 1e-15).any() else None
 
-    def line(self) -> float:
+    def spectral_abscissa(self) -> float:
         """c_D, the supremum of the real parts of the zeros of f; −inf without any.
 
         Exact where the delays have a common divisor that divides them into few steps; otherwise it
-        may be `safe_line`, which c_D comes near to as the delays' ratios become irrational.
+        may be `robust_abscissa`, which c_D comes near to as the delays' ratios become irrational.
         """
-        if self.none:
+        if self.is_identity:
             return -math.inf
         if self.terms is None:
-            return self.safe_line()
+            return self.robust_abscissa()
         h, steps = self._steps()
         if steps[-1] <= 40:
             a = np.zeros(steps[-1] + 1)
             a[0], a[steps] = 1.0, self.terms.c
             # np.roots takes the highest power first, so these are e^{sh} = 1/q.
             return float(np.log(np.abs(np.roots(a)).max()) / h)
-        high = self.safe_line()
+        high = self.robust_abscissa()
         if steps[-1] > MOST_STEPS:
             return high
         # The rightmost zero is among those that are seen from there, which is made sure of.
-        zeros = self._zeros(high).real
-        found = float(zeros.max(initial=-math.inf))
-        return found if self.margin(found + 1e-5 / float(self.terms.T[-1])) else high
+        line = float(self._zeros(high).real.max(initial=-math.inf))
+        return line if self.lower_bound(line + 1e-5 / float(self.terms.T[-1])) else high
 
-    def safe_line(self) -> float:
+    def robust_abscissa(self) -> float:
         """A line Re s right of which no chain lies, whatever small changes the delays make."""
         step = 1 / float(max(self.delays))
         low = high = 0.0
-        while self._safe(low):
+        while self._is_free(low):
             low, step = low - step, 2 * step
-        while not self._safe(high):
+        while not self._is_free(high):
             high, step = high + step, 2 * step
         while high - low > 1e-12 * (abs(low) + abs(high)) + 1e-15 * step:
             middle = (low + high) / 2
-            low, high = (low, middle) if self._safe(middle) else (middle, high)
+            low, high = (low, middle) if self._is_free(middle) else (middle, high)
         return high
 
-    def robust(self, sigma: float) -> bool | None:
+    def is_strongly_stable(self, sigma: float) -> bool | None:
         """Whether no small change of the delays brings a chain right of sigma; None if not told.
 
         The delays change independently, equal ones together. γ(σ) = max_θ ρ(diag(e^{jθ−στ}) D₂₂)
         below 1 is necessary and sufficient; it is bounded above by sums, below on a grid of θ.
         """
-        if self.none or self._safe(sigma):
+        if self.is_identity or self._is_free(sigma):
             return True
         distinct = sorted(set(self.delays))
         if len(distinct) > 3:
@@ -136,35 +137,31 @@ class DifferenceOperator:
             return bool(most < 1)
         return False if most >= 1 else None
 
-    def _safe(self, sigma: float) -> bool:
-        return min(self._rest(sigma), self._perron(sigma)) < 1
+    def _is_free(self, sigma: float) -> bool:
+        """Whether no chain lies right of sigma, for the delays as they are or a little changed."""
+        return min(self._rest(sigma), perron(np.abs(self._weighted(sigma)))) < 1
 
     def _weighted(self, sigma: float) -> Array:
-        late = np.array([float(tau) for tau in self.delays])
+        """|Δ| D₂₂ on Re s = sigma."""
         with np.errstate(over="ignore"):
-            return np.asarray(np.exp(-sigma * late)[:, None] * self.D)
-
-    def _perron(self, sigma: float) -> float:
-        return perron(np.abs(self._weighted(sigma)))
+            lag = np.exp(-sigma * np.array([float(tau) for tau in self.delays]))
+            return np.asarray(lag[:, None] * self.D)
 
     def _rest(self, sigma: float) -> float:
+        """The bound Σ |cₖ e^{−s Tₖ}| of |f − 1| on Re s = sigma."""
         if self.terms is None:
             return math.inf
         with np.errstate(over="ignore"):
-            return float(np.abs(self.terms.c) @ np.exp(-sigma * self._late()))
-
-    def _late(self) -> Array:
-        return np.array([float(T) for T in self.terms.T]) if self.terms else np.zeros(0)
+            return float(np.abs(self.terms.c) @ np.exp(-sigma * self.terms.seconds))
 
     def _steps(self) -> tuple[float, list[int]]:
         """The common divisor h of the Tₖ (s), and Tₖ/h."""
         assert self.terms is not None
-        low = math.lcm(*(T.denominator for T in self.terms.T))
-        h = Fraction(math.gcd(*(int(T * low) for T in self.terms.T)), low)
+        h = common_divisor(self.terms.T)
         return float(h), [int(T / h) for T in self.terms.T]
 
-    def _circle(self, sigma: float) -> float | None:
-        """`margin` from one period of f along the line, a circle of q = e^{−sh}.
+    def _least_on_circle(self, sigma: float) -> float | None:
+        """`lower_bound` from one period of f along the line, a circle of q = e^{−sh}.
 
         A circle sampled so finely that f, whose slope is bounded, stays near the samples: then
         their least |f| and how often they turn round 0 are those of f. 1/f is largest on it.
@@ -173,7 +170,7 @@ class DifferenceOperator:
         _, steps = self._steps()
         if steps[-1] > MOST_STEPS:
             return None
-        size = np.log(np.abs(self.terms.c)) - sigma * self._late()
+        size = np.log(np.abs(self.terms.c)) - sigma * self.terms.seconds
         scale = max(0.0, float(size.max()))
         a = np.zeros(steps[-1] + 1)
         a[0], a[steps] = math.exp(-scale), np.sign(self.terms.c) * np.exp(size - scale)
@@ -191,16 +188,16 @@ class DifferenceOperator:
     def _zeros(self, sigma: float) -> Complex:
         """Zeros of f near Re s = sigma, by Newton's method from where |f| is small on the line."""
         assert self.terms is not None
-        c, late = self.terms.c, self._late()
-        top = min(math.pi / self._steps()[0], 1e4 / late[-1])
-        omega = np.linspace(0.0, top, math.ceil(10 * top * late[-1]) + 50)
+        c, T = self.terms.c, self.terms.seconds
+        top = min(math.pi / self._steps()[0], 1e4 / T[-1])
+        omega = np.linspace(0.0, top, math.ceil(10 * top * T[-1]) + 50)
         with np.errstate(all="ignore"):
-            along = np.abs(1 + np.exp(-np.outer(sigma + 1j * omega, late)) @ c)
+            along = np.abs(1 + np.exp(-np.outer(sigma + 1j * omega, T)) @ c)
             s = sigma + 1j * omega[np.argsort(along)[:48]]
             for _ in range(30):
-                e = np.exp(-np.outer(s, late)) * c
-                s = s + (1 + e.sum(1)) / (e @ late)
-            e = np.exp(-np.outer(s, late)) * c
+                e = np.exp(-np.outer(s, T)) * c
+                s = s + (1 + e.sum(1)) / (e @ T)
+            e = np.exp(-np.outer(s, T)) * c
             right = np.abs(1 + e.sum(1)) < 1e-11 * (1 + np.abs(e).sum(1))
         return np.asarray(s[right], complex)
 

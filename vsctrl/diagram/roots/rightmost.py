@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.checks import is_whole
 from vsctrl.diagram.numerics.chebyshev import differentiation_matrix
-from vsctrl.diagram.realisation import delay_system, reduction
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.reduction import delays_in_loops
 from vsctrl.errors import InputError, LimitError
@@ -37,17 +37,17 @@ def rightmost(system: DelaySystem, n: int) -> Complex:
     # With the longest delay as the unit of time nothing depends on the user's units.
     unit = float(max(system.delays))
     system = system.scaled(unit)
-    found: list[complex] = []
+    roots: list[complex] = []
     for nodes in (20 + 3 * n, 40 + 6 * n, 80 + 12 * n):
         candidates = _ordered(_discretised(system, nodes))[: 4 * n + 12]
-        found = _distinct(system, *_polished(system, candidates))
-        if len(found) >= n or len(system.A) == 0:
+        roots = _distinct(system, *_polished(system, candidates))
+        if len(roots) >= n or len(system.A) == 0:
             break
-    return _first(np.array(found, complex), n) / unit
+    return _first(np.array(roots, complex), n) / unit
 
 
-def _check_number(n: int) -> None:
-    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 0:
+def _check_number(n: object) -> None:
+    if not is_whole(n) or n < 0:
         raise InputError(f"poles: n = {n!r} is not usable; give a whole number of 0 or more.")
 
 
@@ -57,24 +57,26 @@ def poles(system: DelaySystem, n: int) -> Complex:
     A root that cancels against a zero, as the plant's own in a perfect Smith predictor, leaves no
     residue: the transfer function is integrated round each, order by order. Accuracy: see
     `rightmost`; a pole of order m is known to ε^{1/m}.
+    Errors: `LimitError` for more than can be worked out.
     """
+    check_roots(system, n)
     _check_number(n)
     hidden = 0
     while True:
-        found = rightmost(system, n + hidden)
-        shown = _shown(system, found)
-        missing = min(n, len(found)) - len(shown)
-        if missing <= 0 or len(found) < n + hidden:
+        roots = rightmost(system, n + hidden)
+        shown = _controllable_and_observable(system, roots)
+        missing = min(n, len(roots)) - len(shown)
+        if missing <= 0 or len(roots) < n + hidden:
             return _first(shown, n)
         hidden += missing
 
 
-def _shown(system: DelaySystem, found: Complex) -> Complex:
+def _controllable_and_observable(system: DelaySystem, roots: Complex) -> Complex:
     """The roots that are poles of the transfer function, as often as their order there."""
     unit = 1 / float(max(system.delays, default=1))
     out: list[complex] = []
     distinct: list[complex] = []
-    for root in found:
+    for root in roots:
         if all(abs(root - other) > CLUSTER * (abs(root) + unit) for other in distinct):
             distinct.append(root)
     turn = np.exp(2j * np.pi * (np.arange(32) + 0.5) / 32)
@@ -83,7 +85,7 @@ def _shown(system: DelaySystem, found: Complex) -> Complex:
         radius = 0.2 * min([*others, abs(root) + unit])
         values = system.transfer(root + radius * turn)[:, 0, 0]
         size = np.abs(values).mean()
-        most = int((np.abs(found - root) <= CLUSTER * (np.abs(root) + unit)).sum())
+        most = int((np.abs(roots - root) <= CLUSTER * (np.abs(root) + unit)).sum())
         # a_k, the coefficient of (s − root)^−(k+1), relative to |H| on the circle.
         order = [abs((values * turn ** (k + 1)).mean()) > 1e-9 * size for k in range(most)]
         out += [root] * max((k + 1 for k in range(most) if order[k]), default=0)
@@ -92,29 +94,29 @@ def _shown(system: DelaySystem, found: Complex) -> Complex:
 
 def _discretised(system: DelaySystem, nodes: int) -> Complex:
     """Eigenvalues of the system with each delay as a transport equation on Chebyshev nodes."""
-    n, r, p, m = len(system.A), system.inputs, system.outputs, len(system.delays)
+    B2, C2, D22 = system.inner
+    n, m = len(system.A), len(system.delays)
     derivative = differentiation_matrix(nodes)
     # φ_j(θ) = z_j(t + θ) on nodes −τ … 0; the last, φ_j(0) = z_j, is eliminated.
     size = n + m * nodes
     matrix = np.zeros((size, size))
-    late = np.zeros((m, size))  # w_j = φ_j(−τ_j), the first node
-    for j in range(m):
-        late[j, n + j * nodes] = 1.0
+    w = np.zeros((m, size))  # w_j = φ_j(−τ_j), the first node
+    w[range(m), n + nodes * np.arange(m)] = 1.0
     matrix[:n, :n] = system.A
-    matrix[:n] += system.B[:, r:] @ late
-    now = system.D[p:, r:] @ late
-    now[:, :n] += system.C[p:]
+    matrix[:n] += B2 @ w
+    z = D22 @ w
+    z[:, :n] += C2
     for j, tau in enumerate(system.delays):
         rows = slice(n + j * nodes, n + (j + 1) * nodes)
         slope = derivative[:-1] * (2 / float(tau))
         matrix[rows, rows] += slope[:, :-1]
-        matrix[rows] += np.outer(slope[:, -1], now[j])
+        matrix[rows] += np.outer(slope[:, -1], z[j])
     return np.linalg.eigvals(matrix).astype(complex)
 
 
-def _log_slope(system: DelaySystem, at: Complex) -> Complex:
+def _log_slope(system: DelaySystem, s: Complex) -> Complex:
     """d/ds log det characteristic(s) = tr(M⁻¹ M′); infinite on a root."""
-    matrix, slope = system.characteristic_and_slope(at)
+    matrix, slope = system.characteristic_and_slope(s)
     try:
         return np.asarray(np.trace(np.linalg.solve(matrix, slope), axis1=-2, axis2=-1))
     except np.linalg.LinAlgError:  # one of them is on a root to the last digit
@@ -129,49 +131,49 @@ def _polished(system: DelaySystem, start: Complex) -> tuple[Complex, Complex]:
 
     Near a multiple root rounding stops it before it is there.
     """
-    at = start.copy()
-    step = np.full(at.shape, np.inf, complex)
+    roots = start.copy()
+    step = np.full(roots.shape, np.inf, complex)
     # Roots far left have e^{−sτ} too large for doubles; candidates there are not roots anyway.
-    tau = max(float(delay) for delay in system.delays)
-    at = np.where(at.real * tau < -300, -300 / tau + 1j * at.imag, at)
-    going = np.arange(len(at))
+    tau = system.tau.max()
+    roots = np.where(roots.real * tau < -300, -300 / tau + 1j * roots.imag, roots)
+    active = np.arange(len(roots))
     with np.errstate(all="ignore"):
         for count in range(40):
-            slope = _log_slope(system, at[going])
+            slope = _log_slope(system, roots[active])
             new = np.where(np.isfinite(1 / slope), 1 / slope, 0.0)
-            small = 0.02 * (np.abs(at[going]) + 1 / tau)
+            small = 0.02 * (np.abs(roots[active]) + 1 / tau)
             # Close to a multiple root rounding makes steps grow again, or the matrix singular.
-            lost = (np.abs(step[going]) < small) & (
-                (np.abs(new) > np.abs(step[going])) | ((new == 0) & (np.abs(step[going]) > 1e-6))
+            lost = (np.abs(step[active]) < small) & (
+                (np.abs(new) > np.abs(step[active])) | ((new == 0) & (np.abs(step[active]) > 1e-6))
             )
-            going, new = going[~lost], new[~lost]
-            step[going] = new
-            at[going] -= step[going]
-            at[going] = np.where(at[going].real * tau < -300, start[going], at[going])
+            active, new = active[~lost], new[~lost]
+            step[active] = new
+            roots[active] -= step[active]
+            roots[active] = np.where(roots[active].real * tau < -300, start[active], roots[active])
             # A step this small was of a simple root, and squared it is below rounding; at a
             # multiple root each step is a fraction of the last, and rounding ends them. One that
             # still takes long steps did not start near a root.
-            on = np.abs(step[going]) > 1e-10 * (np.abs(at[going]) + 1e-300)
+            on = np.abs(step[active]) > 1e-10 * (np.abs(roots[active]) + 1e-300)
             if count >= 8:
-                on &= np.abs(step[going]) <= 0.02 * (np.abs(at[going]) + 1 / tau)
-            going = going[on]
-            if not len(going):
+                on &= np.abs(step[active]) <= 0.02 * (np.abs(roots[active]) + 1 / tau)
+            active = active[on]
+            if not len(active):
                 break
-    near = np.abs(at - start) <= 0.2 * (np.abs(start) + 1 / tau)
-    step = np.abs(step) / (np.abs(at) + 1 / tau)
-    return at[near & (step <= 1e-6)], at[near & (step > 1e-6) & (step <= 0.02)]
+    near = np.abs(roots - start) <= 0.2 * (np.abs(start) + 1 / tau)
+    step = np.abs(step) / (np.abs(roots) + 1 / tau)
+    return roots[near & (step <= 1e-6)], roots[near & (step > 1e-6) & (step <= 0.02)]
 
 
-def _distinct(system: DelaySystem, at: Complex, stalled: Complex) -> list[complex]:
+def _distinct(system: DelaySystem, roots: Complex, stalled: Complex) -> list[complex]:
     """Merge approximations of one root and repeat it as often as a contour integral says."""
-    unit = 1 / max(float(delay) for delay in system.delays)
-    apart = np.abs(at[:, None] - at) / (np.abs(at) + unit)
-    unlike = ((apart > CLUSTER) & (apart < 0.01)).any(0)
-    left, doubtful = list(at), [*stalled, *at[unlike]]
+    unit = 1 / system.tau.max()
+    distance = np.abs(roots[:, None] - roots) / (np.abs(roots) + unit)
+    unlike = ((distance > CLUSTER) & (distance < 0.01)).any(0)
+    remaining, doubtful = list(roots), [*stalled, *roots[unlike]]
     out: list[complex] = []
     while doubtful:
         first = doubtful[0]
-        every = np.array([*doubtful, *left])
+        every = np.array([*doubtful, *remaining])
         inside = np.abs(every - first) <= 0.03 * (abs(first) + unit)
         group = list(every[inside])
         doubtful = [b for b in doubtful if b not in group]
@@ -182,20 +184,20 @@ def _distinct(system: DelaySystem, at: Complex, stalled: Complex) -> list[comple
         radius = min(radius, 0.6 * float(np.abs(every[~inside] - centre).min(initial=np.inf)))
         count, mean = _enclosed(system, centre, radius)
         simple: list[complex] = []
-        for b in (b for b in left if b in group):
+        for b in (b for b in remaining if b in group):
             if all(abs(b - other) > CLUSTER * (abs(b) + unit) for other in simple):
                 simple.append(b)
         if len(simple) < count <= len(group) and count > 1:
-            left = [b for b in left if b not in group]
+            remaining = [b for b in remaining if b not in group]
             out += [_real_if_close(mean, unit)] * count
-    while left:
-        first = left.pop(0)
-        close = [b for b in left if abs(b - first) <= CLUSTER * (abs(first) + unit)]
+    while remaining:
+        first = remaining.pop(0)
+        close = [b for b in remaining if abs(b - first) <= CLUSTER * (abs(first) + unit)]
         if not close:
             out.append(_real_if_close(first, unit))
             continue
-        left = [b for b in left if b not in close]
-        gap = min((abs(b - first) for b in left), default=unit)
+        remaining = [b for b in remaining if b not in close]
+        gap = min((abs(b - first) for b in remaining), default=unit)
         count, mean = _enclosed(
             system, complex(np.mean([first, *close])), min(0.3 * gap, 0.05 * unit)
         )
@@ -234,14 +236,15 @@ def _first(roots: Complex, n: int) -> Complex:
 MOST_ROOTS = 2000
 
 
-def check_roots(system: delay_system.DelaySystem, n: object) -> None:
-    """Refuse a number of roots whose discretised matrix would not fit the machine."""
-    if isinstance(n, bool) or not isinstance(n, int | np.integer):
-        return  # left to those who name it
-    late = len(reduction.delays_in_loops(system).delays)
-    if late and n * late > MOST_ROOTS:
+def check_roots(system: DelaySystem, n: object) -> None:
+    """Refuse a number of roots whose discretised matrix would not fit the machine.
+
+    What is no number of roots is left to `rightmost`. Errors: `LimitError`.
+    """
+    count = len(delays_in_loops(system).delays)
+    if is_whole(n) and count and n * count > MOST_ROOTS:
         many = f"{n}" if n < 10**9 else "more than 10⁹"
         raise LimitError(
-            f"poles: n = {many} roots of a loop with {late} delay{'s' if late > 1 else ''} are too "
-            f"many to work out; ask for {MOST_ROOTS // late} or fewer."
+            f"poles: n = {many} roots of a loop with {count} delay{'s' if count > 1 else ''} are "
+            f"too many to work out; ask for {MOST_ROOTS // count} or fewer."
         )

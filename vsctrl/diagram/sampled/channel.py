@@ -1,7 +1,7 @@
 """A channel of a sampled twin, from an input to the samples of a signal, and L(z) of its loop.
 
-Nothing is computed here. Each method hands the closed recursion to the module that knows how, and
-wraps what comes back in the ecosystem's own type.
+Nothing is computed here. Each method hands the closed loop, a difference equation, to the module
+that knows how, and wraps what comes back in the ecosystem's own type.
 """
 
 from __future__ import annotations
@@ -14,13 +14,15 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.checks import frequencies, points, quoted, reals
-from vsctrl.diagram.frequency import margins as frequency
+from vsctrl.checks import frequencies, is_whole, points, quoted, reals
+from vsctrl.diagram.frequency.margins import Margins, margins
 from vsctrl.diagram.realisation.numeric import Numeric
-from vsctrl.diagram.sampled import cut, poles
+from vsctrl.diagram.sampled import cut
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
+from vsctrl.diagram.sampled.poles import Poles
 from vsctrl.diagram.signals.signal import Signal
 from vsctrl.diagram.symbolic import evaluation
+from vsctrl.diagram.time.response import check_signal
 from vsctrl.errors import InputError, LimitError
 
 if TYPE_CHECKING:
@@ -39,7 +41,7 @@ class Twin(Protocol):
     def system(self) -> Numeric: ...
     @property
     def period(self) -> float: ...
-    def recursion(
+    def difference_equation(
         self, targets: tuple[str, ...], source: str | None = None
     ) -> DifferenceEquation: ...
 
@@ -57,26 +59,26 @@ class SampledChannel:
         self.twin.system.diagram.check_channel(self.source, self.target)
 
     @cached_property
-    def recursion(self) -> DifferenceEquation:
-        """The closed recursion behind every face; errors for an improper channel."""
-        return self.twin.recursion((self.target,), self.source)
+    def difference_equation(self) -> DifferenceEquation:
+        """The closed loop behind every face; errors for an improper channel."""
+        return self.twin.difference_equation((self.target,), self.source)
 
     def __call__(self, z: ArrayLike) -> Any:
         """The exact value at complex z ≠ 0, any shape; infinite at a pole.
 
-        Errors: `InputError` where z is not finite, and at 0 where anything is late.
+        Errors: `InputError` where z is not finite, and at 0 where anything is delayed.
         """
         at = points("channel: z", z)
-        late = max(self.recursion.taps)
-        if late and (at == 0).any():
+        longest = max(self.difference_equation.taps)
+        if longest and (at == 0).any():
             raise InputError(
                 "channel: z = 0 is not usable, as the loop's delays z^{−d} are infinite there; "
                 "give another number."
             )
         with np.errstate(divide="ignore"):
-            turns = late * np.abs(np.log(np.abs(at))) if late else np.zeros(at.shape)
-        far = turns > evaluation.FARTHEST
-        value = self.recursion.transfer(np.where(far, 1.0, at))[..., 0, 0]
+            power = longest * np.abs(np.log(np.abs(at))) if longest else np.zeros(at.shape)
+        far = power > evaluation.FARTHEST
+        value = self.difference_equation.transfer(np.where(far, 1.0, at))[..., 0, 0]
         if far.any():
             value = np.array(value)
             value[far] = [self._where_floats_overflow(point) for point in at[far]]
@@ -85,11 +87,13 @@ class SampledChannel:
 
     def _where_floats_overflow(self, z: complex) -> complex:
         """The value where z^{−d} is too large or too small for a float, in numbers of any size."""
-        taps, m, n = self.recursion.taps, self.recursion.inner, self.recursion.states
+        equation = self.difference_equation
+        m, n = equation.inner, equation.states
 
         def value(mp: Any) -> Any:
             at = mp.mpc(z)
-            whole = sum((at ** (-d) * mp.matrix(T.tolist()) for d, T in taps.items()), mp.mpf(0))
+            terms = (at ** (-d) * mp.matrix(T.tolist()) for d, T in equation.taps.items())
+            whole = sum(terms, mp.mpf(0))
             if not m:
                 return whole[0, 0]
             P = -whole[:m, :m]
@@ -107,15 +111,10 @@ class SampledChannel:
         import control
 
         w = frequencies("frequency_response: omega", omega)
-        return control.FrequencyResponseData(
-            self(np.exp(1j * w * self.twin.period)),
-            w,
-            self.twin.period,
-            smooth=False,
-            inputs=self.source,
-            outputs=self.target,
-            name=f"{self.source} to {self.target}, sampled",
-        )
+        name = f"{self.source} to {self.target}, sampled"
+        names = {"inputs": self.source, "outputs": self.target, "name": name}
+        H = self(np.exp(1j * w * self.twin.period))
+        return control.FrequencyResponseData(H, w, self.twin.period, smooth=False, **names)
 
     def response(
         self, signal: Signal | ArrayLike, n: int | None = None
@@ -124,19 +123,13 @@ class SampledChannel:
         import control
 
         t, samples = self._samples(signal, n)
-        y = self.sign * self.recursion.run(samples[:, None])
-        return control.TimeResponseData(
-            t,
-            y.T,
-            inputs=samples[None, :],
-            issiso=True,
-            input_labels=[self.source],
-            output_labels=[self.target],
-        )
+        y = self.sign * self.difference_equation.run(samples[:, None])
+        labels = {"input_labels": [self.source], "output_labels": [self.target]}
+        return control.TimeResponseData(t, y.T, inputs=samples[None, :], issiso=True, **labels)
 
     def _samples(self, signal: Any, n: int | None) -> tuple[Array, Array]:
         if isinstance(signal, Signal):
-            if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
+            if not is_whole(n) or n < 1:
                 raise InputError(
                     f"response: n = {quoted(n)} is no number of samples; "
                     "give a whole number of 1 or more, the samples being a period apart."
@@ -146,7 +139,8 @@ class SampledChannel:
                     f"response: n = {quoted(n)} samples are too many; give {MOST_SAMPLES} or fewer."
                 )
             t = np.asarray(float(self.twin.period) * np.arange(n))
-            return t, _numbers(signal, t)
+            check_signal(signal)
+            return t, np.asarray(signal(t), float)  # right limits at jumps
         samples = reals(signal)
         if samples is None or samples.ndim != 1 or not len(samples):
             raise InputError(
@@ -164,22 +158,22 @@ class SampledChannel:
 
         States that the wiring leaves out of loop and channel are left out.
         """
-        return poles.largest(self._all_poles, n)
-
-    @cached_property
-    def _all_poles(self) -> Complex:
-        return poles.poles(self.recursion)
+        return self._poles.poles(n)
 
     @property
     def is_stable(self) -> bool:
         """Whether all poles are inside the unit circle."""
-        return bool((np.abs(self._all_poles) < 1).all())
+        return self._poles.is_stable
+
+    @cached_property
+    def _poles(self) -> Poles:
+        return Poles(self.difference_equation)
 
     def state_space(self) -> control.StateSpace:
         """The channel as python-control's state space with dt = period, delays as registers."""
         import control
 
-        A, B, C, D = self.recursion.state_space()
+        A, B, C, D = self.difference_equation.state_space()
         C, D = self.sign * C, self.sign * D
         return control.ss(A, B, C, D, self.twin.period, inputs=[self.source], outputs=[self.target])
 
@@ -190,10 +184,10 @@ class SampledLoop(SampledChannel):
 
     @cached_property
     def closed(self) -> DifferenceEquation:
-        """The recursion of this loop closed, whose poles are the zeros of 1 + L(z)."""
-        return cut.closed(self.recursion, self.sign, self.target)
+        """This loop closed, whose poles are the zeros of 1 + L(z)."""
+        return cut.closed(self.difference_equation, self.sign, self.target)
 
-    def margins(self) -> frequency.Margins:
+    def margins(self) -> Margins:
         """Gain, phase and delay margins, peaks and all crossings of L(e^{jωT}), 0 ≤ ω ≤ π/T.
 
         As for the continuous loop, with these readings: `unstable_roots` are on or outside the
@@ -207,22 +201,24 @@ class SampledLoop(SampledChannel):
         """
         T = float(self.twin.period)
         top = math.pi / T
-        late = max(self.recursion.taps) * T
+        delay_s = max(self.difference_equation.taps) * T
 
         def L(s: Any) -> Any:
             # Up to the Nyquist frequency; what lies beyond is a mirror image.
             return self(np.exp(1j * np.minimum(np.imag(s), top) * T))
 
-        z = self._all_poles
+        z = self._poles.all
         rates = np.abs(np.log(z[z != 0])) / T
         # The band ends tenfold above the highest rate.
-        rates = np.minimum(np.concatenate([rates, [top, 1 / late if late else top]]), top / 10)
-        unstable = int((np.abs(poles.poles(self.closed)) >= 1 - 1e-12).sum())
-        return self._with_ends(frequency.margins(L, rates, late, unstable), top)
+        rates = np.minimum(
+            np.concatenate([rates, [top, 1 / delay_s if delay_s else top]]), top / 10
+        )
+        unstable = int((np.abs(Poles(self.closed).all) >= 1 - 1e-12).sum())
+        return self._with_ends(margins(L, rates, delay_s, unstable), top)
 
-    def _with_ends(self, found: frequency.Margins, top: float) -> frequency.Margins:
+    def _with_ends(self, inside: Margins, top: float) -> Margins:
         """The margins with the crossings at ω = 0 and at the Nyquist frequency, where L is real."""
-        crossings = dict(found.phase_crossings)
+        crossings = dict(inside.phase_crossings)
         at_zero, at_top = complex(self(1.0)), complex(self(-1.0))
         if at_zero.real < 0 and np.isfinite(at_zero):
             crossings[0.0] = 1 / -at_zero.real
@@ -230,20 +226,13 @@ class SampledLoop(SampledChannel):
             crossings = {w: f for w, f in crossings.items() if w < top * (1 - 1e-9)}
             crossings[top] = 1 / -at_top.real
         factors = crossings.values()
-        delay = found.delay
-        if found.stable and abs(at_top) >= 1:
+        delay = inside.delay
+        if inside.stable and abs(at_top) >= 1:
             delay = min(delay, float(self.twin.period))
         return replace(
-            found,
+            inside,
             gain=min((f for f in factors if f > 1), default=math.inf),
             gain_down=max((f for f in factors if f < 1), default=0.0),
             delay=delay,
             phase_crossings=tuple(sorted(crossings.items())),
         )
-
-
-def _numbers(signal: Signal, t: Array) -> Array:
-    """The signal at the samples, right limits; it must hold numbers."""
-    if any(hasattr(x, "free_symbols") for _, term in signal.primitives for x in term.values):
-        raise InputError(f"response: {quoted(signal)} holds symbols; give it numbers.")
-    return np.asarray(signal(t), float)

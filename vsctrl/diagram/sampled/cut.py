@@ -1,31 +1,27 @@
 """The computer's half of a sampled loop: cut the diagram, discretise what runs in it, close it.
 
 A hold and each digital block turn a signal into numbers at t = kT and numbers into a held signal.
-There the diagram is cut; what is left is continuous, exact, and the business of `held`. Here the
-two halves are closed to one `recursion`.
+There the diagram is cut; what is left is continuous, exact, and left to `zero_order_hold`. Here the
+two halves are closed to one `difference_equation`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl import timing
-from vsctrl.diagram.description.blocks import Block
+from vsctrl.diagram.description.blocks import Block, Part
 from vsctrl.diagram.realisation import assembly
+from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.sampled import zero_order_hold
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
 from vsctrl.diagram.symbolic.coefficients import BlockCoefficients
 from vsctrl.diagram.symbolic.model import Model
 from vsctrl.errors import InputError
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.description.blocks import Part
-    from vsctrl.diagram.realisation.numeric import Numeric
 
 Array = NDArray[np.float64]
 Side = dict[tuple[int, Fraction], float]
@@ -56,7 +52,7 @@ def _in_q(name: str, side: Side, order: int, method: str, period: Fraction) -> F
     a, b, c = METHODS[method]
     out: Filter = {}
     for (k, tau), value in side.items():
-        late, after = zero_order_hold.ago(tau, period)
+        samples_ago, after = zero_order_hold.ago(tau, period)
         if after:
             raise InputError(
                 f"sampled: block {name!r} runs in the computer, and its delay of {float(tau):g} s "
@@ -70,7 +66,7 @@ def _in_q(name: str, side: Side, order: int, method: str, period: Fraction) -> F
             poly = np.convolve(poly, factor)
         for d, coefficient in enumerate(poly):
             if coefficient:
-                out[d + late] = out.get(d + late, 0.0) + scale * float(coefficient)
+                out[d + samples_ago] = out.get(d + samples_ago, 0.0) + scale * float(coefficient)
     return out
 
 
@@ -120,7 +116,7 @@ def cut(system: Numeric, period: Fraction, hold: str, digital: dict[str, str]) -
 def close(
     parts: Cut, period: Fraction, hold: str, sources: tuple[str, ...], targets: tuple[str, ...]
 ) -> DifferenceEquation:
-    """The recursion from some inputs to some signals, the held signals fed back.
+    """The closed loop from some inputs to some signals, the held signals fed back.
 
     Errors: `InputError` for delays that the hold does not cut, an improper signal, and a singular
     algebraic loop through the hold.
@@ -149,9 +145,9 @@ def close(
 
 
 def closed(loop: DifferenceEquation, sign: int, hold: str) -> DifferenceEquation:
-    """The autonomous recursion left when the one output is fed back to the one input.
+    """What is left, without inputs, when the one output is fed back to the one input.
 
-    `sign` −1: L of the return difference 1 + L is minus this recursion.
+    `sign` −1: L of the return difference 1 + L is minus this loop.
     """
     m = loop.inner + 1
     taps = {d: matrix[:m, :m].copy() for d, matrix in loop.taps.items()}

@@ -1,9 +1,9 @@
-"""A linear recursion with long but few taps: what a sampled loop is once it is closed.
+"""A linear difference equation with few, maybe long delays: what a closed sampled loop is.
 
     [x[k+1]; v[k]; y[k]]  =  Σ_d taps[d] · [x[k−d]; v[k−d]; e[k−d]],
 
 x the continuous states, v the held signals, e the inputs. It is run and evaluated as it stands,
-and becomes a state space by shift registers; its poles are left to `recursion_poles`.
+and becomes a state space by shift registers; its poles are left to `poles`.
 """
 
 from __future__ import annotations
@@ -53,17 +53,17 @@ class DifferenceEquation:
     def run(self, samples: Array) -> Array:
         """y[k], (n, p), for input samples e[k], (n, r), from rest."""
         m, length = self.inner, len(samples)
-        late = max(self.taps)
-        past = np.zeros((late + length + 1, m + samples.shape[1]))
-        past[late : late + length, m:] = samples
+        longest = max(self.taps)
+        past = np.zeros((longest + length + 1, m + samples.shape[1]))
+        past[longest : longest + length, m:] = samples
         ago, wide = np.array(list(self.taps)), np.hstack(list(self.taps.values()))
         y = np.zeros((length, wide.shape[0] - m))
-        for k in range(late, late + length):
+        for k in range(longest, longest + length):
             # v[k] does not act through v[k] any more, so one product gives all three.
             new = wide @ past[k - ago].ravel()
             past[k + 1, : self.states] = new[: self.states]
             past[k, self.states : m] = new[self.states : m]
-            y[k - late] = new[m:]
+            y[k - longest] = new[m:]
         return y
 
     def transfer(self, z: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -111,24 +111,24 @@ class DifferenceEquation:
     @cached_property
     def _registers(self) -> tuple[_Rows, dict[int, int], int]:
         """The late rows, or else the late columns with their depths; and how many registers."""
-        late = [d for d in self.taps if d]
+        delays = [d for d in self.taps if d]
         columns = {
-            c: max(d for d in late if self.taps[d][:, c].any())
+            c: max(d for d in delays if self.taps[d][:, c].any())
             for c in range(self.taps[0].shape[1])
-            if any(self.taps[d][:, c].any() for d in late)
+            if any(self.taps[d][:, c].any() for d in delays)
         }
-        rows = _different(self.taps, late)
+        rows = _different(self.taps, delays)
         if sum(columns.values()) < sum(rows[1]):
             return rows, columns, sum(columns.values())
         return rows, {}, sum(rows[1])
 
 
-def _different(taps: dict[int, Array], late: list[int]) -> _Rows:
+def _different(taps: dict[int, Array], delays: list[int]) -> _Rows:
     """The rows that late taps fill, proportional ones once: (rows, their depth, mix of them)."""
     size = taps[0].shape[0]
     rows: list[int] = []
     mix = np.zeros((size, size))
-    flat = np.hstack([taps[d] for d in late]) if late else np.zeros((size, 1))
+    flat = np.hstack([taps[d] for d in delays]) if delays else np.zeros((size, 1))
     for i in np.flatnonzero(flat.any(1)):
         for j, first in enumerate(rows):
             factor = flat[i] @ flat[first] / (flat[first] @ flat[first])
@@ -138,13 +138,13 @@ def _different(taps: dict[int, Array], late: list[int]) -> _Rows:
         else:
             mix[i, len(rows)] = 1.0
             rows.append(int(i))
-    depth = [max(d for d in late if taps[d][i].any()) for i in rows]
+    depth = [max(d for d in delays if taps[d][i].any()) for i in rows]
     return rows, depth, mix[:, : len(rows)]
 
 
-def _registers_of_rows(taps: dict[int, Array], late: _Rows) -> Array:
+def _registers_of_rows(taps: dict[int, Array], delayed: _Rows) -> Array:
     """Each late row adds what it will need d samples from now to its register, d places back."""
-    rows, depth, mix = late
+    rows, depth, mix = delayed
     height, width = taps[0].shape
     starts = np.concatenate([[0], np.cumsum(depth)]).astype(int)
     keeps = int(starts[-1])
@@ -161,18 +161,10 @@ def _registers_of_rows(taps: dict[int, Array], late: _Rows) -> Array:
 
 
 def _registers_of_columns(taps: dict[int, Array], columns: dict[int, int]) -> Array:
-    """Each signal that is used late is remembered; place d − 1 holds it d samples ago."""
-    height, width = taps[0].shape
-    keeps = sum(columns.values())
-    whole = np.zeros((height + keeps, width + keeps))
-    whole[:height, :width] = taps[0]
-    start = 0
-    for c, length in columns.items():
-        whole[height + start, c] = 1.0
-        for i in range(1, length):
-            whole[height + start + i, width + start + i - 1] = 1.0
-        for d in taps:
-            if 0 < d <= length:
-                whole[:height, width + start + d - 1] += taps[d][:, c]
-        start += length
-    return whole
+    """Each signal that is used delayed is remembered; place d − 1 holds it d samples ago.
+
+    These are the registers of the rows of the transposed taps, transposed.
+    """
+    mix = np.eye(taps[0].shape[1])[:, list(columns)]
+    rows = list(columns), list(columns.values()), mix
+    return np.ascontiguousarray(_registers_of_rows({d: T.T for d, T in taps.items()}, rows).T)

@@ -1,4 +1,4 @@
-"""The poles of a recursion, a few or thousands, however long its delays.
+"""The poles of a difference equation, a few or thousands, however long its delays.
 
 They are the zeros of det P, P(z) = diag(z I, I) − Σ_d taps[d] z^{−d}. Short registers are a dense
 eigenproblem. Of long ones, det P is a polynomial with few terms,
@@ -14,11 +14,14 @@ Sources: O. Aberth, Math. Comp. 27 (1973); D. A. Bini, Numer. Algorithms 13 (199
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.checks import is_whole
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
 from vsctrl.errors import InputError, LimitError
 
@@ -26,36 +29,29 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Series = dict[int, tuple[float, float]]  #: power of 1/z → (coefficient, sum of what was added up)
 
-#: Up to so many states the dense eigenproblem is the quicker one.
-DENSE = 160
-#: The largest dense eigenproblem that is tried: 3000 states take half a minute.
-MOST_STATES = 3000
-#: Aberth's iteration takes two seconds for 2000 poles and grows with the square.
-MOST_POLES = 6000
-#: A delay of more samples that a loop cancels leaves noise so near the unit circle that it hides
-#: eigenvalues.
-CANCELLED = 100
-#: Further than this in log z, no true eigenvalue is wrong.
-FURTHEST = 0.05
-#: A coefficient smaller than this share of what was added up to it is rounding.
-ROUNDING = 1e-13
+DENSE = 160  #: states up to which the dense eigenproblem is the quicker one
+MOST_STATES = 3000  #: of the largest dense eigenproblem that is tried, which takes half a minute
+MOST_POLES = 6000  #: Aberth's iteration takes two seconds for 2000 and grows with the square
+CANCELLED = 100  #: samples of a cancelled delay beyond which its noise hides eigenvalues
+FURTHEST = 0.05  #: in log z, by which a true eigenvalue may be wrong
+ROUNDING = 1e-13  #: of what was added up to a coefficient, below which it is rounding
 MOST_PRODUCTS = 200_000
 MOST_ROUNDS = 120
 
 
-def poles(recursion: DifferenceEquation) -> Complex:
+def poles(equation: DifferenceEquation) -> Complex:
     """All poles, the largest first, conjugates together; registers that empty themselves are 0.
 
     Errors: `LimitError` for more than `MOST_POLES`, and for a wide loop (more than about ten
     states and held signals, all acting on each other) with a delay of thousands of samples.
     """
-    m = recursion.inner
-    inner = {d: matrix[:m, :m] for d, matrix in recursion.taps.items() if d == 0 or matrix.any()}
-    recursion = DifferenceEquation(inner, recursion.states, recursion.held)
-    z = _dense(recursion) if recursion.order <= DENSE else None
+    m = equation.inner
+    inner = {d: matrix[:m, :m] for d, matrix in equation.taps.items() if d == 0 or matrix.any()}
+    equation = DifferenceEquation(inner, equation.states, equation.held)
+    z = _dense(equation) if equation.order <= DENSE else None
     if z is None:
-        series = _determinant(recursion)
-        z = _simultaneous(recursion, series) if series else _dense(recursion, last=True)
+        series = _determinant(equation)
+        z = _simultaneous(equation, series) if series else _dense(equation, last=True)
     if z is None:
         raise LimitError(
             f"poles: the loop cancels a delay of {max(inner)} samples (a Smith predictor?), and "
@@ -66,30 +62,30 @@ def poles(recursion: DifferenceEquation) -> Complex:
 
 
 # Few states: eigenvalues -------------------------------------------------------------------------
-def _dense(recursion: DifferenceEquation, last: bool = False) -> Complex | None:
+def _dense(equation: DifferenceEquation, last: bool = False) -> Complex | None:
     """Eigenvalues, polished; None where rounding hides some and this is not the `last` resort.
 
     Eigenvalues of a long register that empties itself are rounding noise, ε^{1/d} and not 0.
     They are told from roots by what rounding does to them.
     """
-    if last and recursion.order > MOST_STATES:
-        raise _too_many(recursion.order, MOST_STATES)
-    z = np.asarray(np.linalg.eigvals(recursion.state_space()[0]), complex)
+    if last and equation.order > MOST_STATES:
+        raise _too_many(equation.order, MOST_STATES)
+    z = np.asarray(np.linalg.eigvals(equation.state_space()[0]), complex)
     start = z[np.abs(z) > 0]
     w = np.log(start)
-    late = max(recursion.taps)
+    longest = max(equation.taps)
     with np.errstate(all="ignore"):
-        step, doubt = _newton(recursion, start)
+        step, doubt = _newton(equation, start)
         # What d samples of decay bring below rounding, rounding may have made.
         told = (np.abs(step) <= FURTHEST) & (doubt <= 1e-3)
-        noise = ~told & (np.abs(start) ** late < 1e-6)
-        if noise.any() and (not last or late > CANCELLED):
+        noise = ~told & (np.abs(start) ** longest < 1e-6)
+        if noise.any() and (not last or longest > CANCELLED):
             return None
         for _ in range(3):
             # Where the determinant overflows or roots merge, the eigenvalue is better.
             good = np.isfinite(step) & ~noise & (np.abs(step) < 1e-3)
             w[good] -= step[good]
-            step, _ = _newton(recursion, np.exp(w))
+            step, _ = _newton(equation, np.exp(w))
     better = np.where(noise, 0.0, np.exp(w))
     better[start.imag == 0] = better[start.imag == 0].real
     out = np.zeros_like(z)
@@ -97,11 +93,11 @@ def _dense(recursion: DifferenceEquation, last: bool = False) -> Complex | None:
     return out
 
 
-def _newton(recursion: DifferenceEquation, z: Complex) -> tuple[Complex, Array]:
+def _newton(equation: DifferenceEquation, z: Complex) -> tuple[Complex, Array]:
     """Newton's step in log z, and how far rounding of the taps may move a root from there."""
-    P, slope = recursion.characteristic(z)
+    P, slope = equation.characteristic(z)
     size = np.abs(P) + sum(
-        np.abs(z[:, None, None]) ** (-d) * np.abs(matrix) for d, matrix in recursion.taps.items()
+        np.abs(z[:, None, None]) ** (-d) * np.abs(matrix) for d, matrix in equation.taps.items()
     )
     step, doubt = np.zeros(len(z), complex), np.zeros(len(z))
     for i in range(len(z)):
@@ -117,11 +113,11 @@ def _newton(recursion: DifferenceEquation, z: Complex) -> tuple[Complex, Array]:
 
 
 # Long registers: all zeros of a polynomial with few terms --------------------------------------
-def _determinant(recursion: DifferenceEquation) -> Series | None:
+def _determinant(equation: DifferenceEquation) -> Series | None:
     """The terms c_k of det P = zⁿ Σ c_k z^{−k}, by minors over the rows; None if too many."""
-    m, n = recursion.inner, recursion.states
+    m, n = equation.inner, equation.states
     rows: list[list[dict[int, float]]] = [[{} for _ in range(m)] for _ in range(m)]
-    for d, matrix in recursion.taps.items():
+    for d, matrix in equation.taps.items():
         for i, j in zip(*np.nonzero(matrix), strict=True):
             # The rows of states are divided by z.
             rows[i][j][d + (1 if i < n else 0)] = -float(matrix[i, j])
@@ -149,13 +145,13 @@ def _determinant(recursion: DifferenceEquation) -> Series | None:
     return minors[(1 << m) - 1]
 
 
-def _simultaneous(recursion: DifferenceEquation, series: Series) -> Complex:
+def _simultaneous(equation: DifferenceEquation, series: Series) -> Complex:
     """All zeros at once, and a zero for every register that empties itself."""
     terms = {k: c for k, (c, size) in series.items() if abs(c) > ROUNDING * size}
     count = max(terms)
     if count > MOST_POLES:
         raise _too_many(count, MOST_POLES)
-    turning = _of_terms(terms) if count < max(series) else _of_matrix(recursion, count)
+    turning = _of_terms(terms) if count < max(series) else _of_matrix(equation, count)
     with np.errstate(all="ignore"):
         z = _aberth(turning, _start(terms))
     # The zeros add up to −c₁: one that was found twice, or not, shows.
@@ -164,15 +160,15 @@ def _simultaneous(recursion: DifferenceEquation, series: Series) -> Complex:
             f"poles: the {count} poles could not all be told apart; ask for another period."
         )
     if count < max(series):
-        z = _polished(recursion, z)
-    return np.concatenate([_paired(z), np.zeros(recursion.order - count)])
+        z = _polished(equation, z)
+    return np.concatenate([_paired(z), np.zeros(equation.order - count)])
 
 
-def _polished(recursion: DifferenceEquation, z: Complex) -> Complex:
+def _polished(equation: DifferenceEquation, z: Complex) -> Complex:
     """Newton's steps by P where its rounding is small: the c_k know close zeros less well."""
     with np.errstate(all="ignore"):
         for _ in range(2):
-            step, doubt = _newton(recursion, z)
+            step, doubt = _newton(equation, z)
             good = np.isfinite(step) & (np.abs(step) < 1e-4) & (doubt < 1e-9)
             z = np.where(good, z * np.exp(-np.where(good, step, 0.0)), z)
     return z
@@ -181,17 +177,17 @@ def _polished(recursion: DifferenceEquation, z: Complex) -> Complex:
 Turning = Callable[[Complex], Complex]  #: z p′(z)/p(z) of the polynomial p = z^count Σ c_k z^{−k}
 
 
-def _of_matrix(recursion: DifferenceEquation, count: int) -> Turning:
+def _of_matrix(equation: DifferenceEquation, count: int) -> Turning:
     """z p′/p = count − n + tr(P⁻¹ z P′), from P itself."""
 
     def turning(z: Complex) -> Complex:
-        P, slope = recursion.characteristic(z)
+        P, slope = equation.characteristic(z)
         try:
             inverse = np.linalg.inv(P)
         except np.linalg.LinAlgError:
             return np.array([turning(point * (1 + 1e-15)) for point in z[:, None]])[:, 0]
         trace = np.einsum("kij,kji->k", inverse, slope)
-        return count - recursion.states + trace
+        return count - equation.states + trace
 
     return turning
 
@@ -229,28 +225,28 @@ def _below(a: tuple[int, float], b: tuple[int, float], c: tuple[int, float]) -> 
 
 def _aberth(turning: Turning, z: Complex) -> Complex:
     """Newton's steps, each of which is kept away from where all the other zeros are."""
-    todo = np.arange(len(z))
+    active = np.arange(len(z))
     last = np.full(len(z), np.inf)
     for _ in range(MOST_ROUNDS):
-        if not len(todo):
+        if not len(active):
             break
-        others = np.empty(len(todo), complex)
-        for part in range(0, len(todo), 500):  # at most 500 × count numbers at a time
-            here = todo[part : part + 500]
-            apart = z[here, None] - z
-            apart[np.arange(len(here)), here] = np.inf
-            others[part : part + 500] = (1 / apart).sum(axis=1)
-        turned = turning(z[todo])
+        others = np.empty(len(active), complex)
+        for part in range(0, len(active), 500):  # at most 500 × count numbers at a time
+            here = active[part : part + 500]
+            distance = z[here, None] - z
+            distance[np.arange(len(here)), here] = np.inf
+            others[part : part + 500] = (1 / distance).sum(axis=1)
+        turned = turning(z[active])
         # So far inside that 1/z^d overflows, only the last term is left, which does not turn.
         turned[~np.isfinite(turned)] = 0.0
-        step = 1 / (turned - z[todo] * others)
+        step = 1 / (turned - z[active] * others)
         step[~np.isfinite(step)] = 0.0
         size = np.abs(step)
-        z[todo] -= z[todo] * step * np.minimum(1.0, 0.5 / np.maximum(size, 1e-300))
+        z[active] -= z[active] * step * np.minimum(1.0, 0.5 / np.maximum(size, 1e-300))
         # Below √ε a step that no longer shrinks is rounding.
-        done = (size < 1e-15) | ((size < 1e-7) & (size > 0.5 * last[todo]))
-        last[todo] = size
-        todo = todo[~done]
+        done = (size < 1e-15) | ((size < 1e-7) & (size > 0.5 * last[active]))
+        last[active] = size
+        active = active[~done]
     return z
 
 
@@ -269,11 +265,27 @@ def _too_many(count: int, most: int) -> LimitError:
     )
 
 
-def largest(found: Complex, n: int | None = None) -> Complex:
-    """The first n of all poles, the largest first, or all of them.
+@dataclass(frozen=True)
+class Poles:
+    """The poles of a difference equation, worked out once."""
 
-    Errors: `InputError` for what is no whole number of 1 or more.
-    """
-    if n is not None and (isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1):
-        raise InputError(f"poles: n = {n!r} is not usable; give a whole number of 1 or more.")
-    return found[:n].copy()
+    equation: DifferenceEquation
+
+    @cached_property
+    def all(self) -> Complex:
+        """All of them, see `poles`."""
+        return poles(self.equation)
+
+    def poles(self, n: int | None = None) -> Complex:
+        """The first n, the largest first, or all of them.
+
+        Errors: `InputError` for what is no whole number of 1 or more.
+        """
+        if n is not None and not (is_whole(n) and n >= 1):
+            raise InputError(f"poles: n = {n!r} is not usable; give a whole number of 1 or more.")
+        return self.all[:n].copy()
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether all are inside the unit circle."""
+        return bool((np.abs(self.all) < 1).all())

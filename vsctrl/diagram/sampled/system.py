@@ -2,9 +2,9 @@
 
 The faces are those of `system`, in z: value, frequency response, margins, time response, poles,
 state space. They are exact for delays of any fraction of the period and thousands of periods long,
-and free of polynomial round-off. How the diagram is cut is left to `sampling`, what happens between
-samples to `held`, the numbers of the closed loop to `recursion`, and its poles to
-`recursion_poles`.
+and free of polynomial round-off. How the diagram is cut is left to `cut`, what happens between
+samples to `zero_order_hold`, the numbers of the closed loop to `difference_equation`, and its poles
+to `poles`.
 """
 
 from __future__ import annotations
@@ -13,21 +13,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.checks import decimal, is_finite, quoted
 from vsctrl.diagram.description.blocks import Block
-from vsctrl.diagram.sampled import cut as sampling
-from vsctrl.diagram.sampled import poles
+from vsctrl.diagram.description.wiring import is_channel
+from vsctrl.diagram.numerics.graphs import reached
+from vsctrl.diagram.realisation.numeric import Numeric
+from vsctrl.diagram.sampled import cut
 from vsctrl.diagram.sampled.channel import SampledChannel, SampledLoop
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
+from vsctrl.diagram.sampled.poles import Poles
 from vsctrl.errors import ImproperError, InputError, nearest
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.realisation.numeric import Numeric
 
 Complex = NDArray[np.complex128]
 
@@ -59,12 +58,11 @@ class SampledSystem:
 
     def __post_init__(self) -> None:
         _check(self.system, self.period, self.hold, self.digital)
-        self.recursion(())
+        self.difference_equation(())
 
     def __getitem__(self, channel: tuple[str, str]) -> SampledChannel:
         """The channel from an input to the samples of any signal, ``twin["S_ref", "S"]``."""
-        pair = isinstance(channel, tuple) and len(channel) == 2
-        if not pair or not all(isinstance(name, str) for name in channel):
+        if not is_channel(channel):
             raise InputError(f"{quoted(channel)} is no channel; write twin['input', 'output'].")
         return SampledChannel(self, *channel)
 
@@ -74,60 +72,55 @@ class SampledSystem:
         `signal` may only be the held one: breaking the loop elsewhere would put in a second hold.
         """
         if signal is not None and (not isinstance(signal, str) or signal != self.hold):
-            self._refuse_to_open(signal)
+            remedy = "leave the signal out"
+            if isinstance(signal, str) and signal in self.system.diagram.drivers:
+                remedy = f"sample with hold={signal!r} if that is what is held"
+            raise InputError(
+                f"open: the sampled loop is broken at its held signal {self.hold!r} only, not at "
+                f"{quoted(signal)}; {remedy}."
+            )
         if self.hold in self.system.diagram.inputs:
             raise InputError(
                 f"open: the sampled loop is broken at its held signal {self.hold!r} only, and "
                 f"{self.hold!r} is an input, so that no loop runs through it; "
                 "sample with hold= the signal of the loop that the computer holds."
             )
-        cut = f"{self.hold}__cut"
+        source = f"{self.hold}__cut"
         opened = replace(self.system, diagram=self.system.diagram.open(self.hold))
-        twin = SampledSystem(opened, self.period, cut, self.digital)
-        return SampledLoop(twin, cut, self.hold, sign=-1)
-
-    def _refuse_to_open(self, signal: object) -> None:
-        remedy = "leave the signal out"
-        if isinstance(signal, str) and signal in self.system.diagram.drivers:
-            remedy = f"sample with hold={signal!r} if that is what is held"
-        raise InputError(
-            f"open: the sampled loop is broken at its held signal {self.hold!r} only, not at "
-            f"{quoted(signal)}; {remedy}."
-        )
+        twin = SampledSystem(opened, self.period, source, self.digital)
+        return SampledLoop(twin, source, self.hold, sign=-1)
 
     def poles(self, n: int | None = None) -> Complex:
         """The n poles of largest modulus (all without n) of the whole diagram, in z."""
-        return poles.largest(self._all_poles, n)
-
-    @cached_property
-    def _all_poles(self) -> Complex:
-        return poles.poles(self._recursion)
+        return self._closed_loop.poles(n)
 
     @property
     def is_stable(self) -> bool:
         """Whether all poles are inside the unit circle."""
-        return bool((np.abs(self._all_poles) < 1).all())
+        return self._closed_loop.is_stable
 
     @cached_property
-    def _recursion(self) -> DifferenceEquation:
-        return self.recursion(self.system.diagram.outputs)
+    def _closed_loop(self) -> Poles:
+        return Poles(self.difference_equation(self.system.diagram.outputs))
 
     @cached_property
     def _seconds(self) -> Fraction:
         return decimal("sampled: period", float(self.period))
 
     @cached_property
-    def _cut(self) -> sampling.Cut:
-        return sampling.cut(self.system, self._seconds, self.hold, dict(self.digital))
+    def _cut(self) -> cut.Cut:
+        return cut.cut(self.system, self._seconds, self.hold, dict(self.digital))
 
-    def recursion(self, targets: tuple[str, ...], source: str | None = None) -> DifferenceEquation:
-        """The closed recursion from the inputs (or one of them) to the samples of some signals."""
+    def difference_equation(
+        self, targets: tuple[str, ...], source: str | None = None
+    ) -> DifferenceEquation:
+        """The closed loop from the inputs (or one of them) to the samples of some signals."""
         sources = self.system.diagram.inputs if source is None else (source,)
         try:
             with np.errstate(over="ignore", invalid="ignore"):
-                found = sampling.close(self._cut, self._seconds, self.hold, sources, targets)
-            if all(np.isfinite(matrix).all() for matrix in found.taps.values()):
-                return found
+                closed = cut.close(self._cut, self._seconds, self.hold, sources, targets)
+            if all(np.isfinite(matrix).all() for matrix in closed.taps.values()):
+                return closed
             raise self._overflow()
         except (OverflowError, np.linalg.LinAlgError):
             raise self._overflow() from None
@@ -135,9 +128,9 @@ class SampledSystem:
             names = self._differentiators(targets)
             if not names:
                 raise
-            shown = " and ".join(map(repr, names))
+            listed = " and ".join(map(repr, names))
             raise InputError(
-                f"sampled: block {shown} is improper (more powers of s above than below) and "
+                f"sampled: block {listed} is improper (more powers of s above than below) and "
                 f"would differentiate a held signal; name it in digital, like "
                 f'digital={{"{names[0]}": "backward"}}, or set its gain to 0.'
             ) from error
@@ -151,14 +144,13 @@ class SampledSystem:
     def _differentiators(self, targets: tuple[str, ...]) -> list[str]:
         """The improper blocks from which the signals follow."""
         drivers = self._cut.diagram.drivers
-        seen = [*self._cut.asked, *targets]
-        for name in seen:  # grows while it is read
-            seen += [s for s in (drivers[name].inputs if name in drivers else ()) if s not in seen]
+        upstream = reached(
+            (*self._cut.asked, *targets), lambda n: drivers[n].inputs if n in drivers else ()
+        )
         return [
             numbers.name
             for numbers, block in zip(self._cut.blocks, self._cut.diagram.blocks, strict=True)
-            if block.output in seen
-            and max((k for k, _ in numbers.num), default=0) > max(k for k, _ in numbers.den)
+            if block.output in upstream and numbers.improper
         ]
 
 
@@ -167,10 +159,8 @@ def _check(system: Numeric, period: float, hold: str, digital: Mapping[str, str]
         raise InputError(
             f"sampled: period = {quoted(period)} is not usable; give a finite time above 0 s."
         )
-    late = max(
-        (tau for b in system.blocks for side in (b.num, b.den) for _, tau in side), default=0
-    )
-    if not SHORTEST <= period <= 1 / SHORTEST or late > MOST_PERIODS * Fraction(float(period)):
+    longest = max((tau for block in system.blocks for tau in block.delays), default=0)
+    if not SHORTEST <= period <= 1 / SHORTEST or longest > MOST_PERIODS * Fraction(float(period)):
         raise InputError(
             f"sampled: period = {period:g} s is not usable, as numbers overflow with it; "
             "give one nearer to the time constants and delays of the diagram."
@@ -197,9 +187,9 @@ def _check(system: Numeric, period: float, hold: str, digital: Mapping[str, str]
                 f"sampled: there is no block {quoted(name)} to run in the computer"
                 f"{nearest(name, blocks)}; the diagram has {', '.join(blocks)}."
             )
-        if not isinstance(method, str) or method not in sampling.METHODS:
+        if not isinstance(method, str) or method not in cut.METHODS:
             raise InputError(
                 f"sampled: method {quoted(method)} for block {name!r} is not known"
-                f"{nearest(method, sampling.METHODS)}; "
-                f"choose {', '.join(map(repr, sampling.METHODS))}."
+                f"{nearest(method, cut.METHODS)}; "
+                f"choose {', '.join(map(repr, cut.METHODS))}."
             )

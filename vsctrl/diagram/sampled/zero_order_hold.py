@@ -12,9 +12,8 @@ three periods is three periods and not 2.9999999999999996.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from vsctrl import timing
+from vsctrl.diagram.numerics.graphs import closure, reached
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.errors import InputError
 
@@ -43,22 +43,22 @@ def sample(system: DelaySystem, period: Fraction, hold: str) -> Taps:
         _add(taps, flow.moved(i, period), i, n + system.outputs)
     for theta, matrix in table.items():
         for i, row in enumerate(matrix[n:], start=n):
-            late, _ = ago(theta, period)
+            samples_ago, _ = ago(theta, period)
             held = np.zeros(width)
             held[n:] = row[n:]  # an input is the same anywhere in its period
-            _add(taps, {late: held}, i, n + system.outputs)
+            _add(taps, {samples_ago: held}, i, n + system.outputs)
             for k in np.flatnonzero(row[:n]):
                 _add(taps, flow.at(int(k), theta), i, n + system.outputs, row[k])
     return {d: taps[d] for d in sorted(taps) if d == 0 or taps[d].any()}
 
 
 def ago(theta: Fraction, period: Fraction) -> tuple[int, Fraction]:
-    """(d, g) of θ = d·period − g, 0 ≤ g < period: what is θ late is g after the sample k − d.
+    """(d, g) of θ = d·period − g, 0 ≤ g < period: what is delayed by θ is g after the sample k − d.
 
     Decimals of 1/30 s and 2/30 s are not quite one and two periods; `timing` calls them so.
     """
-    late, share = timing.split(theta / period)
-    return (late + 1, (1 - share) * period) if share else (late, Fraction(0))
+    full, fraction = timing.split(theta / period)
+    return (full + 1, (1 - fraction) * period) if fraction else (full, Fraction(0))
 
 
 def written_out(system: DelaySystem, hold: str) -> Table:
@@ -91,11 +91,9 @@ def written_out(system: DelaySystem, hold: str) -> Table:
 
 def _check_cut(table: Table, n: int, hold: str) -> None:
     """Refuse a state that acts on itself through a delay: its twin in z would be infinite."""
-    edges = np.any([matrix[:n, :n] != 0 for matrix in table.values()], axis=0)
-    reach = edges | np.eye(n, dtype=bool)
-    for _ in range(max(n, 1).bit_length()):
-        reach = reach @ reach
-    loops = [th for th, matrix in table.items() if th and ((matrix[:n, :n] != 0) & reach.T).any()]
+    inner = {theta: matrix[:n, :n] != 0 for theta, matrix in table.items()}
+    back = closure(np.any(list(inner.values()), axis=0)).T
+    loops = [theta for theta, edges in inner.items() if theta and (edges & back).any()]
     if loops:
         raise _uncut(loops, hold)
 
@@ -116,37 +114,23 @@ def _add(taps: Taps, new: Taps, row: int, rows: int, factor: float = 1.0) -> Non
         taps[d][row] += factor * values
 
 
-@dataclass(frozen=True)
 class _Flow:
     """The states between samples: x' = Σ_θ table[θ][:n] · [x(t−θ); u(t−θ)], u held."""
 
-    table: Table
-    n: int
-    period: Fraction
-
-    @cached_property
-    def _known(self) -> dict[tuple[int, Fraction], Taps]:
-        return {}
-
-    @cached_property
-    def _width(self) -> int:
-        return int(self.table[Fraction(0)].shape[1])
+    def __init__(self, table: Table, n: int, period: Fraction) -> None:
+        self.table, self.n, self.period = table, n, period
+        self._width = int(table[Fraction(0)].shape[1])
+        self.moved = cache(self._moved)
 
     def at(self, state: int, theta: Fraction) -> Taps:
         """x_state(kT − θ) over the samples [x; u][k−d]: θ = d T − g, so g after sample k−d."""
-        late, after = ago(theta, self.period)
+        samples_ago, after = ago(theta, self.period)
         if after == 0:
-            return {late: np.eye(self._width)[state]}
-        return {d + late: row for d, row in self.moved(state, after).items()}
-
-    def moved(self, state: int, after: Fraction) -> Taps:
-        """x_state(kT + after), 0 < after ≤ T, over the samples [x; u][k−d]."""
-        key = state, after
-        if key not in self._known:
-            self._known[key] = self._moved(state, after)
-        return self._known[key]
+            return {samples_ago: np.eye(self._width)[state]}
+        return {d + samples_ago: row for d, row in self.moved(state, after).items()}
 
     def _moved(self, state: int, after: Fraction) -> Taps:
+        """x_state(kT + after), 0 < after ≤ T, over the samples [x; u][k−d]."""
         nodes = self._upstream(state)
         A, B, lags = self._equations(nodes)
         size, r = len(nodes), self._width - self.n
@@ -155,14 +139,14 @@ class _Flow:
             _add(Z, self.at(i, theta), row, size)
         # An input delayed by θ = d T − g changes T − g after each sample, from k−d to k−d+1.
         split = [ago(theta, self.period) for theta in lags]
-        late, change = [d for d, _ in split], [self.period - g for _, g in split]
+        samples_ago, change = [d for d, _ in split], [self.period - g for _, g in split]
         cuts = sorted({c for c in change if c < after} | {Fraction(0), after})
         for start, end in pairwise(cuts):
             both = np.zeros((size + B.shape[1], size + B.shape[1]))
             both[:size] = np.hstack([A, B]) * float(end - start)
             moved = np.asarray(expm(both)[:size], float)
             Z = {d: moved[:, :size] @ matrix for d, matrix in Z.items()}
-            for j, (d, c) in enumerate(zip(late, change, strict=True)):
+            for j, (d, c) in enumerate(zip(samples_ago, change, strict=True)):
                 tap = d if start < c else d - 1
                 Z.setdefault(tap, np.zeros((size, self._width)))
                 Z[tap][:, self.n :] += moved[:, size + j * r : size + (j + 1) * r]
@@ -170,16 +154,13 @@ class _Flow:
 
     def _upstream(self, state: int) -> list[tuple[int, Fraction]]:
         """All (state, delay) that the present state follows from, itself first."""
-        nodes = [(state, Fraction(0))]
-        seen = set(nodes)
-        for i, theta in nodes:  # grows while it is read
-            for late, matrix in self.table.items():
-                for k in np.flatnonzero(matrix[i, : self.n]):
-                    node = int(k), theta + late
-                    if node not in seen:
-                        seen.add(node)
-                        nodes.append(node)
-        return nodes
+
+        def sources(node: tuple[int, Fraction]) -> list[tuple[int, Fraction]]:
+            i, theta = node
+            rows = {theta + delay: matrix[i, : self.n] for delay, matrix in self.table.items()}
+            return [(int(k), total) for total, row in rows.items() for k in np.flatnonzero(row)]
+
+        return reached([(state, Fraction(0))], sources)
 
     def _equations(self, nodes: list[tuple[int, Fraction]]) -> tuple[Array, Array, list[Fraction]]:
         """Z' = A Z + Σ_θ B_θ u(t−θ) for the nodes, B side by side in the order of the θ."""
@@ -188,11 +169,11 @@ class _Flow:
         A = np.zeros((len(nodes), len(nodes)))
         inputs: Table = {}
         for (i, theta), row in place.items():
-            for late, matrix in self.table.items():
+            for delay, matrix in self.table.items():
                 for k in np.flatnonzero(matrix[i, : self.n]):
-                    A[row, place[int(k), theta + late]] += matrix[i, k]
+                    A[row, place[int(k), theta + delay]] += matrix[i, k]
                 if matrix[i, self.n :].any():
-                    inputs.setdefault(theta + late, np.zeros((len(nodes), r)))
-                    inputs[theta + late][row] += matrix[i, self.n :]
+                    inputs.setdefault(theta + delay, np.zeros((len(nodes), r)))
+                    inputs[theta + delay][row] += matrix[i, self.n :]
         lags = sorted(inputs)
         return A, np.hstack([np.zeros((len(nodes), 0)), *(inputs[th] for th in lags)]), lags

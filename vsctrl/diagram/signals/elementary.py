@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -22,6 +23,11 @@ class Power(Primitive):
 
     order: ClassVar[int]
 
+    @classmethod
+    def formula(cls, t: Array, *values: Any) -> Array:
+        """The value at t ≥ 0."""
+        return np.asarray(values[0] * t**cls.order / math.factorial(cls.order))
+
     def onset(self, orders: int) -> Array:
         """The jumps of its derivatives at its start."""
         out = np.zeros(orders)
@@ -32,6 +38,10 @@ class Power(Primitive):
         """Its Laplace transform at s, a number or a symbol."""
         return self.values[0] / s ** (self.order + 1)
 
+    def derivative(self) -> Signal | None:
+        """The power below it; None for a step."""
+        return POWERS[self.order - 1](self.values[0]) if self.order else None
+
 
 @dataclass(frozen=True)
 class Step(Power):
@@ -40,15 +50,6 @@ class Step(Power):
     amplitude: float = 1.0
     size = "amplitude"
     order = 0
-
-    @staticmethod
-    def formula(t: Array, *values: Any) -> Array:
-        """The value at t ≥ 0."""
-        return np.asarray(values[0] + 0.0 * t)
-
-    def derivative(self) -> Signal | None:
-        """None: it would be an impulse."""
-        return None
 
 
 @dataclass(frozen=True)
@@ -59,15 +60,6 @@ class Ramp(Power):
     size = "slope"
     order = 1
 
-    @staticmethod
-    def formula(t: Array, *values: Any) -> Array:
-        """The value at t ≥ 0."""
-        return np.asarray(values[0] * t)
-
-    def derivative(self) -> Signal | None:
-        """A step."""
-        return Step(self.slope)
-
 
 @dataclass(frozen=True)
 class Parabola(Power):
@@ -77,34 +69,36 @@ class Parabola(Power):
     size = "acceleration"
     order = 2
 
-    @staticmethod
-    def formula(t: Array, *values: Any) -> Array:
-        """The value at t ≥ 0."""
-        return np.asarray(values[0] * t**2 / 2)
 
-    def derivative(self) -> Signal | None:
-        """A ramp."""
-        return Ramp(self.acceleration)
+POWERS: tuple[Callable[[Any], Power], ...] = (Step, Ramp, Parabola)
 
 
 @dataclass(frozen=True)
-class Sine(Primitive):
-    """u(t) = amplitude · sin(omega t), omega in rad/s."""
+class Harmonic(Primitive):
+    """A sine or a cosine; `signs` are those of its derivatives at t = 0."""
 
     omega: float
     amplitude: float = 1.0
     size = "amplitude"
-
-    @staticmethod
-    def formula(t: Array, *values: Any) -> Array:
-        """The value at t ≥ 0."""
-        omega, amplitude = values
-        return np.asarray(amplitude * np.sin(omega * t))
+    signs: ClassVar[tuple[float, float, float, float]]
 
     def onset(self, orders: int) -> Array:
         """The jumps of its derivatives at its start."""
         k = np.arange(orders)
-        return np.asarray(self.amplitude * self.omega**k * np.array([0.0, 1.0, 0.0, -1.0])[k % 4])
+        return np.asarray(self.amplitude * self.omega**k * np.array(self.signs)[k % 4])
+
+
+@dataclass(frozen=True)
+class Sine(Harmonic):
+    """u(t) = amplitude · sin(omega t), omega in rad/s."""
+
+    signs = (0.0, 1.0, 0.0, -1.0)
+
+    @classmethod
+    def formula(cls, t: Array, *values: Any) -> Array:
+        """The value at t ≥ 0."""
+        omega, amplitude = values
+        return np.asarray(amplitude * np.sin(omega * t))
 
     def laplace(self, s: Any, exp: Callable[[Any], Any] = np.exp) -> Any:
         """Its Laplace transform at s, a number or a symbol."""
@@ -116,31 +110,20 @@ class Sine(Primitive):
 
 
 @dataclass(frozen=True)
-class Cosine(Primitive):
+class Cosine(Harmonic):
     """u(t) = amplitude · cos(omega t) from t = 0, omega in rad/s: what a sine's derivative is."""
 
-    omega: float
-    amplitude: float = 1.0
-    size = "amplitude"
+    signs = (1.0, 0.0, -1.0, 0.0)
 
-    @staticmethod
-    def formula(t: Array, *values: Any) -> Array:
+    @classmethod
+    def formula(cls, t: Array, *values: Any) -> Array:
         """The value at t ≥ 0."""
         omega, amplitude = values
         return np.asarray(amplitude * np.cos(omega * t))
 
-    def onset(self, orders: int) -> Array:
-        """The jumps of its derivatives at its start."""
-        k = np.arange(orders)
-        return np.asarray(self.amplitude * self.omega**k * np.array([1.0, 0.0, -1.0, 0.0])[k % 4])
-
     def laplace(self, s: Any, exp: Callable[[Any], Any] = np.exp) -> Any:
         """Its Laplace transform at s, a number or a symbol."""
         return self.amplitude * s / (s**2 + self.omega**2)
-
-    def derivative(self) -> Signal | None:
-        """None: it would start with an impulse."""
-        return None
 
 
 @dataclass(frozen=True)
@@ -182,8 +165,8 @@ class Exponential(Primitive):
     amplitude: float = 1.0
     size = "amplitude"
 
-    @staticmethod
-    def formula(t: Array, *values: Any) -> Array:
+    @classmethod
+    def formula(cls, t: Array, *values: Any) -> Array:
         """The value at t ≥ 0."""
         rate, amplitude = values
         power = rate * np.asarray(t)
@@ -208,7 +191,3 @@ class Exponential(Primitive):
     def laplace(self, s: Any, exp: Callable[[Any], Any] = np.exp) -> Any:
         """Its Laplace transform at s, a number or a symbol."""
         return self.amplitude / (s - self.rate)
-
-    def derivative(self) -> Signal | None:
-        """None: it would start with an impulse."""
-        return None

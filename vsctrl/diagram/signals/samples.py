@@ -106,17 +106,17 @@ class Samples(Part):
 
 def _samples(values: Any) -> tuple[float, ...]:
     try:
-        given = np.asarray(values)
-        usable = given.dtype.kind in "iuf" and given.ndim == 1 and len(given) > 0
+        array = np.asarray(values)
+        usable = array.dtype.kind in "iuf" and array.ndim == 1 and len(array) > 0
     except ValueError:  # a ragged list
         usable = False
     if not usable:
         raise InputError(
             f"Samples: values = {quoted(values)} is not usable; give a list of one number or more."
         )
-    lost = np.flatnonzero(~np.isfinite(given))
+    lost = np.flatnonzero(~np.isfinite(array))
     if len(lost):
         raise InputError(
-            f"Samples: values[{lost[0]}] = {given[lost[0]]} is not finite; repair or drop it."
+            f"Samples: values[{lost[0]}] = {array[lost[0]]} is not finite; repair or drop it."
         )
-    return tuple(given.astype(float).tolist())
+    return tuple(array.astype(float).tolist())

@@ -50,23 +50,25 @@ class Signal(ABC):
 
         Errors: `InputError` where the delay is no such number.
         """
-        late = _start(seconds)
-        return _total((start + late, part) for start, part in self.terms)
+        if not is_finite(seconds) or seconds < 0:
+            raise unusable("delayed: seconds", seconds, "0 s or more, as signals begin at 0 s")
+        delay = decimal("seconds", seconds)
+        return _total((start + delay, part) for start, part in self.terms)
 
     def derivative(self) -> Signal | None:
         """Its derivative, None where that would hold an impulse."""
-        slopes = [(start, part.derivative()) for start, part in self.terms]
-        found = [(start, slope) for start, slope in slopes if slope is not None]
-        if len(found) < len(slopes):
-            return None
-        return _total((start + at, part) for start, slope in found for at, part in slope.terms)
+        terms: list[tuple[Fraction, Part]] = []
+        for start, part in self.terms:
+            slope = part.derivative()
+            if slope is None:
+                return None
+            terms += [(start + more, term) for more, term in slope.terms]
+        return _total(terms)
 
     @property
     def primitives(self) -> list[tuple[Fraction, Primitive]]:
         """The terms with samples taken apart, in the order of their starts."""
-        flat: list[tuple[Fraction, Primitive]] = []
-        for start, part in self.terms:
-            flat += [(start + at, primitive) for at, primitive in part.changes]
+        flat = [(start + more, p) for start, part in self.terms for more, p in part.changes]
         return sorted(flat, key=lambda term: term[0])
 
     def jumps(self, orders: int, start: Fraction | int = 0) -> Array:
@@ -75,22 +77,25 @@ class Signal(ABC):
 
     def onsets(self, orders: int) -> dict[Fraction, Array]:
         """The jumps of the derivatives of order 0 … orders − 1 at each start (s)."""
-        found: dict[Fraction, Array] = {}
+        jumps: dict[Fraction, Array] = {}
         for start, primitive in self.primitives:
-            found[start] = found.get(start, np.zeros(orders)) + primitive.onset(orders)
-        return found
+            jumps[start] = jumps.get(start, np.zeros(orders)) + primitive.onset(orders)
+        return jumps
 
     def __call__(self, t: ArrayLike, side: str = "right") -> Array:
         """The value at times t (s): zero before it starts, at a jump the limit from that side.
 
         Errors: `InputError` for times that are not finite and for a side that is none.
         """
-        times = _instants(t, side)
+        times = reals(t)
+        if times is None:
+            raise unusable("signal: t", t, "finite times in s")
+        side_of("signal", side)
         seen = beside(times, side, float(np.abs(times).max(initial=0.0)))
         total = np.zeros(times.shape)
         for start, part in self.terms:
-            late = float(start)
-            total = total + np.where(seen >= late, part.smooth(times - late, seen - late), 0.0)
+            begin = float(start)
+            total = total + np.where(seen >= begin, part.smooth(times - begin, seen - begin), 0.0)
         return np.asarray(total)
 
     def laplace(self, s: Any, exp: Callable[[Any], Any] = np.exp) -> Any:
@@ -110,11 +115,9 @@ class Signal(ABC):
     __radd__ = __add__
 
     def __neg__(self) -> Signal:
-        """The signal times −1."""
         return self.scaled(-1)
 
     def __sub__(self, other: object) -> Signal:
-        """The difference of two signals."""
         return self + -other if isinstance(other, Signal) else NotImplemented
 
     def __mul__(self, factor: object) -> Signal:
@@ -151,6 +154,10 @@ class Part(Signal):
     def scaled(self, factor: Any) -> Self:
         """The signal times a number."""
 
+    def derivative(self) -> Signal | None:
+        """Its derivative, None where that would hold an impulse, as that of what starts above 0."""
+        return None
+
 
 class Primitive(Part):
     """A term that starts at t = 0 and is smooth from there on; all are frozen dataclasses.
@@ -185,9 +192,9 @@ class Primitive(Part):
         """The signal times a number."""
         return replace(self, **{self.size: factor * getattr(self, self.size)})
 
-    @staticmethod
+    @classmethod
     @abstractmethod
-    def formula(t: Array, *values: Any) -> Array:
+    def formula(cls, t: Array, *values: Any) -> Array:
         """The value t ≥ 0 after the start, as a function of t and of the fields in their order."""
 
     def smooth(self, t: Array, seen: Array) -> Array:
@@ -222,14 +229,9 @@ def _total(terms: Iterable[tuple[Fraction, Part]]) -> Signal:
             before = getattr(sums[key][1], part.size)
             part = replace(part, **{part.size: before + getattr(part, part.size)})
         sums[key] = (start, part)
-    kept = tuple(term for term in sums.values() if _matters(term[1]))
-    if len(kept) == 1 and kept[0][0] == 0:
-        return kept[0][1]
-    return Combination(kept)
-
-
-def _matters(part: Part) -> bool:
-    return not isinstance(part, Primitive) or bool(getattr(part, part.size) != 0)
+    sizes = [getattr(p, p.size) if isinstance(p, Primitive) else 1 for _, p in sums.values()]
+    rest = tuple(term for term, size in zip(sums.values(), sizes, strict=True) if size != 0)
+    return rest[0][1] if len(rest) == 1 and rest[0][0] == 0 else Combination(rest)
 
 
 def lag(start: Fraction, s: Any, exp: Callable[[Any], Any]) -> Any:
@@ -248,20 +250,6 @@ def check_number(what: str, name: str, value: Any) -> None:
     """Refuse what is neither a finite number nor a symbol."""
     if not is_symbolic(value):
         number(f"{what}: {name}", value)
-
-
-def _instants(t: object, side: object) -> Array:
-    times = reals(t)
-    if times is None:
-        raise unusable("signal: t", t, "finite times in s")
-    side_of("signal", side)
-    return times
-
-
-def _start(seconds: Any) -> Fraction:
-    if not is_finite(seconds) or seconds < 0:
-        raise unusable("delayed: seconds", seconds, "0 s or more, as signals begin at 0 s")
-    return decimal("seconds", seconds)
 
 
 def _multiple(name: str, value: Any) -> Any:

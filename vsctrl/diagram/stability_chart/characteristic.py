@@ -13,19 +13,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
-from vsctrl.diagram.description.wiring import resolve
+from vsctrl.diagram.description.wiring import Wiring, resolve
+from vsctrl.diagram.numerics.graphs import components
 from vsctrl.symbols import s
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.description.wiring import Wiring
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -47,18 +43,18 @@ class Determinant:
     box: tuple[tuple[float, float], tuple[float, float]]
     unit: float
 
-    def __call__(self, at: Complex, u: Array, v: Array) -> Complex:
+    def __call__(self, s: Complex, u: Array, v: Array) -> Complex:
         """F/sᵐ at arrays of one shape; near s = 0, if m > 0, by Cauchy's formula round it."""
         order, radius = self._fixed
         if not order:
-            return self._raw(at, u, v)
-        out = np.empty(at.shape, complex)
-        near = np.abs(at) < radius / 2
+            return self._raw(s, u, v)
+        out = np.empty(s.shape, complex)
+        near = np.abs(s) < radius / 2
         far = ~near
-        out[far] = self._raw(at[far], u[far], v[far]) / at[far] ** order
+        out[far] = self._raw(s[far], u[far], v[far]) / s[far] ** order
         circle = radius * TURN
         around, p, q = np.broadcast_arrays(circle, u[near][:, None], v[near][:, None])
-        kernel = circle / (circle - at[near][:, None]) / circle**order
+        kernel = circle / (circle - s[near][:, None]) / circle**order
         out[near] = (self._raw(around, p, q) * kernel).mean(axis=-1)
         return out
 
@@ -85,28 +81,28 @@ class Determinant:
                 return first, float(radius)
         return 0, self.unit
 
-    def _raw(self, at: Complex, u: Array, v: Array) -> Complex:
-        return np.asarray(np.prod([part for part, _ in self._parts(at, u, v)], axis=0), complex)
+    def _raw(self, s: Complex, u: Array, v: Array) -> Complex:
+        return np.asarray(np.prod([part for part, _ in self._parts(s, u, v)], axis=0), complex)
 
-    def _parts(self, at: Complex, u: Array, v: Array) -> list[tuple[Complex, int]]:
+    def _parts(self, s: Complex, u: Array, v: Array) -> list[tuple[Complex, int]]:
         """The determinant of each loop, one of each kind, and how many are of that kind."""
-        matrix = self._matrix(at, u, v)
+        matrix = self._matrix(s, u, v)
         return [(_det(matrix, loop), many) for loop, many in self._loops]
 
-    def times(self, at: complex, u: float, v: float) -> int:
-        """How many equal loops have a root at s = `at`, where one has."""
-        near = np.array([at, at + (0.01 + 0.01j) * (abs(at) + self.unit)])
+    def times(self, s: complex, u: float, v: float) -> int:
+        """How many equal loops have a root at s = `s`, where one has."""
+        near = np.array([s, s + (0.01 + 0.01j) * (abs(s) + self.unit)])
         parts = self._parts(near, np.full(2, u), np.full(2, v))
         return min(parts, key=lambda part: float(np.abs(part[0][0] / part[0][1])))[1]
 
     @cached_property
     def _loops(self) -> list[tuple[list[int], int]]:
         """The blocks of each loop (a block in none is one by itself), equal loops once."""
-        _, label = connected_components(csr_array(self._wiring != 0), connection="strong")
+        label = components(self._wiring)
         turn = np.arange(1.0, 8.0)
-        at = self.unit * (0.2 + 0.31 * turn) * np.exp(1.1j * turn)
+        points = self.unit * (0.2 + 0.31 * turn) * np.exp(1.1j * turn)
         places = np.outer([0.618, 0.382], turn) % 1.0
-        matrix = self._matrix(at, *np.asarray(places, float))
+        matrix = self._matrix(points, *np.asarray(places, float))
         kinds: list[tuple[Complex, list[int], int]] = []
         for which in np.unique(label):
             loop = [int(i) for i in np.flatnonzero(label == which)]
@@ -122,12 +118,12 @@ class Determinant:
                 kinds.append((values, loop, 1))
         return [(loop, many) for _, loop, many in kinds]
 
-    def _matrix(self, at: Complex, u: Array, v: Array) -> Complex:
+    def _matrix(self, s: Complex, u: Array, v: Array) -> Complex:
         (x0, x1), (y0, y1) = self.box
         place = {self.names[0]: x0 + (x1 - x0) * u, self.names[1]: y0 + (y1 - y0) * v}
-        given = [place.get(name, value) for name, value in self.values.items()]
+        numbers = [place.get(name, value) for name, value in self.values.items()]
         with np.errstate(all="ignore"):
-            sides = [side + np.zeros(at.shape, complex) for side in self._sides(at, *given)]
+            sides = [side + np.zeros(s.shape, complex) for side in self._sides(s, *numbers)]
             num, den = np.stack(sides[::2], axis=-1), np.stack(sides[1::2], axis=-1)
             matrix = -num[..., None] * self._wiring
             index = np.arange(num.shape[-1])

@@ -1,7 +1,7 @@
 """The stability chart over two parameters: how many roots are unstable where, and the exact edges.
 
 What the chart is and what may be asked of it stands here; how the boundaries are found is left to
-`partition`, how the regions between them are filled to `regions`.
+`d_partition`, how the regions between them are filled to `raster`.
 """
 
 from __future__ import annotations
@@ -9,18 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.checks import is_finite
+from vsctrl.checks import is_finite, is_whole
+from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.stability_chart import raster
-from vsctrl.diagram.stability_chart.d_partition import Search
+from vsctrl.diagram.stability_chart.d_partition import DPartition
 from vsctrl.errors import InputError, nearest
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.realisation.numeric import Numeric
 
 Array = NDArray[np.float64]
 
@@ -73,17 +71,15 @@ class StabilityChart:
 
 
 def stability_chart(
-    system: Numeric,
-    ranges: Mapping[str, tuple[float, float]],
-    grid: tuple[int, int] = (36, 24),
+    system: Numeric, ranges: Mapping[str, tuple[float, float]], grid: tuple[int, int]
 ) -> StabilityChart:
     """See `System.stability_chart`."""
     names, box = _ranges(system, ranges)
     columns, rows = _grid(grid)
     x, y = np.linspace(*box[0], columns), np.linspace(*box[1], rows)
-    search = Search(system, names, box, x, y)
-    boundaries = tuple(Boundary(*found) for found in search.run())
-    missed = search.missed
+    partition = DPartition(system, names, box, x, y)
+    boundaries = tuple(Boundary(*boundary) for boundary in partition.run())
+    missed = partition.missed
     change = "the count changes nowhere"
     if boundaries:
         change = f"{len(boundaries)} boundar{'y' if len(boundaries) == 1 else 'ies'}"
@@ -94,9 +90,9 @@ def stability_chart(
             f"{missed} changes of the count between neighbours of a {columns} × {rows} grid could "
             f"not be traced to a root on the axis; {len(boundaries)} boundaries could."
         )
-    if np.isinf(search.unstable).any():
+    if np.isinf(partition.unstable).any():
         sentence += " Where the count is infinite, the edge is that of the grid."
-    return StabilityChart(*names, x, y, search.unstable, boundaries, not missed, sentence)
+    return StabilityChart(*names, x, y, partition.unstable, boundaries, not missed, sentence)
 
 
 def _ranges(
@@ -118,36 +114,39 @@ def _ranges(
     return (x_name, y_name), (_range(x_name, x_range), _range(y_name, y_range))
 
 
-def _range(name: str, given: Any) -> tuple[float, float]:
-    try:
-        low, high = given
-    except (TypeError, ValueError):
-        low = high = None
+def _range(name: str, limits: Any) -> tuple[float, float]:
+    low, high = _two(limits)
     if not (is_finite(low) and is_finite(high)):
         raise InputError(
-            f"stability_chart: {name} = {given!r} is no range; give two finite numbers (low, high)."
+            f"stability_chart: {name} = {limits!r} is no range; "
+            "give two finite numbers (low, high)."
         )
     if not float(low) < float(high) or not math.isfinite(float(high) - float(low)):
         raise InputError(
-            f"stability_chart: {name} = {given!r} is empty; give the lower number first."
+            f"stability_chart: {name} = {limits!r} is empty; give the lower number first."
         )
     return float(low), float(high)
 
 
-def _grid(given: Any) -> tuple[int, int]:
-    try:
-        columns, rows = given
-    except (TypeError, ValueError):
-        columns = rows = None
-    whole = all(isinstance(n, int | np.integer) and n is not True for n in (columns, rows))
-    if not whole or min(columns, rows) < 2:
+def _grid(corners: Any) -> tuple[int, int]:
+    columns, rows = _two(corners)
+    if not (is_whole(columns) and is_whole(rows)) or min(columns, rows) < 2:
         raise InputError(
-            f"stability_chart: grid = {given!r} is not usable; give two whole numbers of 2 or "
+            f"stability_chart: grid = {corners!r} is not usable; give two whole numbers of 2 or "
             "more, the corners along x and along y."
         )
     if columns * rows > MOST_CORNERS:
         raise InputError(
-            f"stability_chart: grid = {given!r} has {columns * rows} corners; give at most "
+            f"stability_chart: grid = {corners!r} has {columns * rows} corners; give at most "
             f"{MOST_CORNERS}, as the boundaries are exact on any grid that meets them."
         )
     return int(columns), int(rows)
+
+
+def _two(values: Any) -> Any:
+    """Both of two values, or None twice."""
+    try:
+        first, second = values
+    except (TypeError, ValueError):
+        return None, None
+    return first, second

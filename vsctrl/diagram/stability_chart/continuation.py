@@ -26,7 +26,7 @@ SINGULAR = 1e9  #: condition number above which Newton's equations decide nothin
 
 
 @dataclass(frozen=True)
-class Curve:
+class RootOnAxis:
     """The curve F(jω; u, v) = 0 in z = (u, v, ω/unit), for pairs of roots or a root at 0."""
 
     F: Determinant
@@ -77,23 +77,23 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Path:
+class TracedCurve:
     """The points (k, 3) of a traced curve, and whether its last is its first again."""
 
     points: Array
     closed: bool
 
 
-def trace(curve: Curve, start: Array) -> Path:
+def trace(curve: RootOnAxis, start: Array) -> TracedCurve:
     """Both ways from a point, to the rectangle's edge, to ω = 0, or round to where it began."""
     z, closed = _march(curve, start, 1.0)
     if closed:
-        return Path(z, True)
+        return TracedCurve(z, True)
     back, _ = _march(curve, start, -1.0)
-    return Path(np.vstack([back[:0:-1], z]), False)
+    return TracedCurve(np.vstack([back[:0:-1], z]), False)
 
 
-def _march(curve: Curve, start: Array, sense: float) -> tuple[Array, bool]:
+def _march(curve: RootOnAxis, start: Array, sense: float) -> tuple[Array, bool]:
     z, scale = start, _scale(start)
     first = curve.corrected(z, _across(curve, z, scale), scale)
     if first is None:
@@ -103,11 +103,11 @@ def _march(curve: Curve, start: Array, sense: float) -> tuple[Array, bool]:
         if step < SHORTEST:
             break
         scale = _scale(z)
-        found = curve.corrected(z + step * tangent * [1.0, 1.0, scale], tangent, scale)
-        if found is None or not _follows(z, tangent, found, step, scale):
+        corrected = curve.corrected(z + step * tangent * [1.0, 1.0, scale], tangent, scale)
+        if corrected is None or not _follows(z, tangent, corrected, step, scale):
             step /= 2
             continue
-        new, direction = found
+        new, direction = corrected
         direction = direction * np.sign(direction @ tangent)
         end = _end(curve, z, new, scale)
         if end is not None:
@@ -128,7 +128,7 @@ def _scale(z: Array) -> float:
     return max(abs(float(z[2])), 0.05)
 
 
-def _across(curve: Curve, z: Array, scale: float) -> Array:
+def _across(curve: RootOnAxis, z: Array, scale: float) -> Array:
     """A direction along the curve at z: any that makes Newton's equations regular."""
     _, slope = curve.slopes(z, scale)
     tangent = np.cross(*(slope / np.abs(slope).max(axis=1, keepdims=True)))
@@ -140,10 +140,10 @@ def _angle(a: Array, b: Array) -> float:
 
 
 def _follows(
-    z: Array, tangent: Array, found: tuple[Array, Array], step: float, scale: float
+    z: Array, tangent: Array, corrected: tuple[Array, Array], step: float, scale: float
 ) -> bool:
     """Whether the corrected point lies where the tangent pointed and the curve turned little."""
-    new, direction = found
+    new, direction = corrected
     direction = direction * np.sign(direction @ tangent)
     off = np.linalg.norm((new - z) / [1.0, 1.0, scale] - step * tangent)
     if off > 0.2 * step or _angle(tangent, direction) > SHARPEST:
@@ -153,25 +153,25 @@ def _follows(
     return not seen or step < 1e-4 or _angle(flat, flat_new) < 1.5 * SHARPEST
 
 
-def _end(curve: Curve, z: Array, new: Array, scale: float) -> Array | None:
+def _end(curve: RootOnAxis, z: Array, new: Array, scale: float) -> Array | None:
     """The point between two at which the curve leaves the rectangle or its frequency becomes 0."""
     ends = [(i, b) for i in (0, 1) for b in (0.0, 1.0) if (new[i] - b) * (2 * b - 1) > 1e-12]
     ends += [(2, 0.0)] if curve.pair and z[2] * new[2] <= 0 else []
     if not ends:
         return None
 
-    def share(end: tuple[int, float]) -> float:
+    def fraction(end: tuple[int, float]) -> float:
         i, bound = end
         return float((bound - z[i]) / (new[i] - z[i])) if new[i] != z[i] else 1.0
 
-    i, bound = min(ends, key=share)
-    guess = z + np.clip(share((i, bound)), 0, 1) * (new - z)
+    i, bound = min(ends, key=fraction)
+    guess = z + np.clip(fraction((i, bound)), 0, 1) * (new - z)
     guess[i] = bound
-    found = curve.corrected(guess, np.eye(3)[i], scale)
-    if found is None:
+    corrected = curve.corrected(guess, np.eye(3)[i], scale)
+    if corrected is None:
         return z
-    found[0][i] = bound
-    return found[0]
+    corrected[0][i] = bound
+    return corrected[0]
 
 
 def _passes(z: Array, new: Array, start: Array, scale: float) -> bool:
@@ -182,7 +182,7 @@ def _passes(z: Array, new: Array, start: Array, scale: float) -> bool:
     return 0 < along <= 1 and bool(np.linalg.norm(there - along * way) < 0.1 * np.linalg.norm(way))
 
 
-def split_where(points: Array, turning: Callable[[Array], Array], curve: Curve) -> list[Array]:
+def split_where(points: Array, turning: Callable[[Array], Array], curve: RootOnAxis) -> list[Array]:
     """A curve of roots at 0 cut where a second root joins the first (F' = 0, `turning` changes).
 
     There a pair leaves along the axis, and the roots move the other way beyond.
@@ -192,8 +192,8 @@ def split_where(points: Array, turning: Callable[[Array], Array], curve: Curve) 
     for k in range(1, len(points)):
         if sign[k] * sign[k - 1] < 0:
             middle = (points[k] + points[k - 1]) / 2
-            found = curve.corrected(middle, np.eye(3)[2], 1.0)
-            joint = middle if found is None else found[0] * [1.0, 1.0, 0.0]
+            corrected = curve.corrected(middle, np.eye(3)[2], 1.0)
+            joint = middle if corrected is None else corrected[0] * [1.0, 1.0, 0.0]
             pieces.append(np.vstack([begin, joint]))
             begin = joint[None]
         begin = np.vstack([begin, points[k]])

@@ -9,20 +9,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.diagram.realisation.delay_system import DelaySystem
+from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.roots import argument_principle
 from vsctrl.diagram.roots.rightmost import rightmost
 from vsctrl.diagram.stability_chart.characteristic import Determinant
-from vsctrl.diagram.stability_chart.continuation import Curve, split_where, trace
+from vsctrl.diagram.stability_chart.continuation import RootOnAxis, split_where, trace
 from vsctrl.errors import InputError
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.realisation.delay_system import DelaySystem
-    from vsctrl.diagram.realisation.numeric import Numeric
 
 Array = NDArray[np.float64]
 
@@ -30,7 +27,7 @@ HALVINGS = 7  #: parts of a grid edge, as powers of 2, that are searched for cro
 NEAR = 1e-3  #: of the rectangle's side: closer to a corner, its count may be either
 
 
-class Search:
+class DPartition:
     """The counts on the grid, and the boundaries found so far."""
 
     def __init__(
@@ -50,7 +47,7 @@ class Search:
         self.F = Determinant(system.diagram, system.values, names, box, unit)
         self.u, self.v = (x - low[0]) / self.size[0], (y - low[1]) / self.size[1]
         self.unstable = np.array([[self._count(u, v) for u in self.u] for v in self.v], float)
-        self.found: list[tuple[Array, bool, int]] = []  # oriented points (k, 3), closed, roots
+        self.boundaries: list[tuple[Array, bool, int]] = []  # oriented points (k, 3), closed, roots
         self.missed = 0  #: edges of the grid whose change no boundary explains in the end
 
     def run(self) -> list[tuple[Array, Array, bool, int]]:
@@ -65,9 +62,12 @@ class Search:
             counts = self.unstable[j, i], self.unstable[j + axis, i + 1 - axis]
             self._refine(*self._ends(edge), counts, axis, HALVINGS)
         # Along a boundary itself a second root may cross, where two boundaries meet.
-        left = [np.mean(self._ends(edge), axis=0) for edge in self._unexplained()]
-        self.missed = sum(not any(_on(points, at) for points, _, _ in self.found) for at in left)
-        return [self._in_units(*found) for found in self.found]
+        middles = [np.mean(self._ends(edge), axis=0) for edge in self._unexplained()]
+        self.missed = sum(not self._is_on_one(middle) for middle in middles)
+        return [
+            (self.low + self.size * z[:, :2], np.abs(z[:, 2]) * self.F.unit, closed, roots)
+            for z, closed, roots in self.boundaries
+        ]
 
     def _ends(self, edge: tuple[int, int, int]) -> tuple[Array, Array]:
         axis, j, i = edge
@@ -75,16 +75,16 @@ class Search:
         return a, np.array([self.u[i + 1 - axis], self.v[j + axis]])
 
     def _refine(
-        self, a: Array, b: Array, counts: tuple[float, float], axis: int, left: int
+        self, a: Array, b: Array, counts: tuple[float, float], axis: int, halvings: int
     ) -> None:
         """Halve an edge until a single root or pair crosses on a short part, then trace it."""
         if counts[0] == counts[1] or not np.isfinite(counts).all():
             return
-        if left:
+        if halvings:
             middle = (a + b) / 2
             inside = self._count(*middle)
-            self._refine(a, middle, (counts[0], inside), axis, left - 1)
-            self._refine(middle, b, (inside, counts[1]), axis, left - 1)
+            self._refine(a, middle, (counts[0], inside), axis, halvings - 1)
+            self._refine(middle, b, (inside, counts[1]), axis, halvings - 1)
             return
         for start in self._crossings(a, b, counts, axis):
             if self._trace(*start):
@@ -92,7 +92,7 @@ class Search:
 
     def _crossings(
         self, a: Array, b: Array, counts: tuple[float, float], axis: int
-    ) -> list[tuple[Curve, Array]]:
+    ) -> list[tuple[RootOnAxis, Array]]:
         """Points on the part of an edge from a to b with a root on the axis, by Newton."""
         middle = (a + b) / 2
         near = rightmost(self._at(*middle).autonomous, int(max(counts)) + 4) / self.F.unit
@@ -100,31 +100,35 @@ class Search:
         length = float(np.abs(b - a).max())
         out = []
         for root in near[np.argsort(np.abs(near.real))][:8]:
-            curve = Curve(self.F, pair=bool(abs(root.imag) > 1e-6))
+            curve = RootOnAxis(self.F, pair=bool(abs(root.imag) > 1e-6))
             start = np.array([*middle, abs(root.imag) if curve.pair else 0.0])
-            found = curve.corrected(start, np.eye(3)[1 - axis], max(abs(float(start[2])), 0.05))
-            if found is None or np.abs(found[0][:2] - middle).max() > 0.6 * length + 1e-9:
+            corrected = curve.corrected(start, np.eye(3)[1 - axis], max(abs(float(start[2])), 0.05))
+            if corrected is None or np.abs(corrected[0][:2] - middle).max() > 0.6 * length + 1e-9:
                 continue
-            if not curve.pair or abs(found[0][2]) > 1e-6:
-                out.append((curve, np.append(np.clip(found[0][:2], 0, 1), found[0][2])))
+            if not curve.pair or abs(corrected[0][2]) > 1e-6:
+                out.append((curve, np.append(np.clip(corrected[0][:2], 0, 1), corrected[0][2])))
         return out
 
-    def _trace(self, curve: Curve, start: Array) -> bool:
+    def _trace(self, curve: RootOnAxis, start: Array) -> bool:
         """Add the boundary through a point, unless it is known; whether there is one."""
-        if any(_on(points, start) for points, _, _ in self.found):
+        if self._is_on_one(start):
             return True
         path = trace(curve, start)
         if len(path.points) < 2:
             return False
         pieces = [path.points]
         if not curve.pair and not path.closed:
-            pieces = split_where(path.points, self._slope_at_zero, Curve(self.F, pair=True))
+            pieces = split_where(path.points, self._slope_at_zero, RootOnAxis(self.F, pair=True))
         for points in pieces:
             u, v, w = points[len(points) // 2]
             times = self.F.times(1j * w * self.F.unit, u, v)
             roots = (2 if curve.pair else 1) * times
-            self.found.append((self._oriented(points), path.closed, roots))
+            self.boundaries.append((self._oriented(points), path.closed, roots))
         return True
+
+    def _is_on_one(self, z: Array) -> bool:
+        """Whether a point (u, v) or (u, v, ω) lies on a boundary found so far."""
+        return any(_on(points, z) for points, _, _ in self.boundaries)
 
     def _slope_at_zero(self, z: Array) -> Array:
         """F'(0; x, y), real."""
@@ -141,15 +145,11 @@ class Search:
         unit = self.F.unit
         # From dF = 0 along a root: ∂s/∂u = −F_u/F_s.
         by_s = (self.F(1j * (w + h) * unit, u, v) - self.F(1j * (w - h) * unit, u, v)) / (2j * h)
-        at = 1j * w * unit
-        by_u = (self.F(at, u + 1e-6, v) - self.F(at, u - 1e-6, v)) / 2e-6
-        by_v = (self.F(at, u, v + 1e-6) - self.F(at, u, v - 1e-6)) / 2e-6
-        left = (by_u / by_s).real * way[:, 1] - (by_v / by_s).real * way[:, 0]
-        return points if np.median(np.sign(left)) >= 0 else points[::-1]
-
-    def _in_units(self, points: Array, closed: bool, roots: int) -> tuple[Array, Array, bool, int]:
-        places = self.low + self.size * points[:, :2]
-        return places, np.abs(points[:, 2]) * self.F.unit, closed, roots
+        s = 1j * w * unit
+        by_u = (self.F(s, u + 1e-6, v) - self.F(s, u - 1e-6, v)) / 2e-6
+        by_v = (self.F(s, u, v + 1e-6) - self.F(s, u, v - 1e-6)) / 2e-6
+        to_the_left = (by_u / by_s).real * way[:, 1] - (by_v / by_s).real * way[:, 0]
+        return points if np.median(np.sign(to_the_left)) >= 0 else points[::-1]
 
     def _unexplained(self) -> list[tuple[int, int, int]]:
         """Edges (axis, row, column) of the grid whose change of count no boundary explains."""
@@ -172,14 +172,14 @@ class Search:
         sure: dict[tuple[int, int], int] = {}
         maybe: dict[tuple[int, int], list[int]] = {}
         lines, marks = (self.v, self.u) if axis == 0 else (self.u, self.v)
-        for points, _, roots in self.found:
+        for points, _, roots in self.boundaries:
             along, across = points[:, axis], points[:, 1 - axis]
             for k, line in enumerate(lines):
                 over = across > line if k < len(lines) - 1 else across >= line
-                for at in np.flatnonzero(over[1:] != over[:-1]):
-                    share = (line - across[at]) / (across[at + 1] - across[at])
-                    place = along[at] + share * (along[at + 1] - along[at])
-                    up = bool(over[at + 1])
+                for k_before in np.flatnonzero(over[1:] != over[:-1]):
+                    fraction = (line - across[k_before]) / (across[k_before + 1] - across[k_before])
+                    place = along[k_before] + fraction * (along[k_before + 1] - along[k_before])
+                    up = bool(over[k_before + 1])
                     jump = roots if up == (axis == 1) else -roots
                     i = int(np.clip(np.searchsorted(marks, place) - 1, 0, len(marks) - 2))
                     near = np.abs(marks - place) < NEAR
@@ -202,12 +202,12 @@ class Search:
             zip(self.names, (low + u * self.size[0], high + v * self.size[1]), strict=True)
         )
         try:
-            found = replace(self.system, values={**self.system.values, **place})
-            found.autonomous  # noqa: B018 - a diagram without numbers here is refused by name
+            numeric = replace(self.system, values={**self.system.values, **place})
+            numeric.autonomous  # noqa: B018 - a diagram without numbers here is refused by name
         except InputError as error:
             where = ", ".join(f"{name} = {value:g}" for name, value in place.items())
             raise InputError(f"stability_chart: at {where}: {error}") from None
-        return found
+        return numeric
 
 
 def _unit(system: DelaySystem) -> float:
@@ -222,5 +222,5 @@ def _on(points: Array, z: Array) -> bool:
     unit = np.array([1.0, 1.0, max(abs(float(z[-1])), 0.05) * 10])[: len(z)]
     a, way = (points[:-1, : len(z)] - z) / unit, np.diff(points[:, : len(z)], axis=0) / unit
     size = np.maximum((way * way).sum(1), 1e-300)
-    share = np.clip(-(a * way).sum(1) / size, 0, 1)
-    return bool(np.linalg.norm(a + share[:, None] * way, axis=1).min() < 1e-3)
+    fraction = np.clip(-(a * way).sum(1) / size, 0, 1)
+    return bool(np.linalg.norm(a + fraction[:, None] * way, axis=1).min() < 1e-3)

@@ -45,10 +45,10 @@ def flood(
     endless = np.isinf(guess)
     wall = np.zeros((height, width), bool)
     for points in boundaries:
-        at = (points - low) / size * last
+        pixels = (points - low) / size * last
         # Points half a pixel apart touch corner to corner: no flood of four neighbours leaks.
-        steps = np.maximum(np.ceil(2 * np.abs(np.diff(at, axis=0)).max(axis=1)), 1).astype(int)
-        for a, b, n in zip(at[:-1], at[1:], steps, strict=True):
+        steps = np.maximum(np.ceil(2 * np.abs(np.diff(pixels, axis=0)).max(axis=1)), 1).astype(int)
+        for a, b, n in zip(pixels[:-1], pixels[1:], steps, strict=True):
             i, j = (a + (b - a) * np.linspace(0, 1, n + 1)[:, None]).round().astype(int).T
             wall[np.clip(j, 0, height - 1), np.clip(i, 0, width - 1)] = True
     labels, number = ndimage.label(~wall & ~endless)
@@ -60,8 +60,10 @@ def flood(
     unstable = np.where(endless, np.inf, np.nan)
     for label in range(1, number + 1):
         inside = labels == label
-        found = counts[at_corner == label]
-        values, often = np.unique(found if len(found) else guess[inside], return_counts=True)
+        corner_counts = counts[at_corner == label]
+        values, often = np.unique(
+            corner_counts if len(corner_counts) else guess[inside], return_counts=True
+        )
         unstable[inside] = values[np.argmax(often)]
     known = ~np.isnan(unstable)
     if known.any():

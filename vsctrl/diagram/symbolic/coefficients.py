@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -26,34 +25,35 @@ class BlockCoefficients:
     num: dict[tuple[int, Fraction], float]
     den: dict[tuple[int, Fraction], float]
 
+    @property
+    def delays(self) -> set[Fraction]:
+        """Its delays (s), 0 for what is not delayed."""
+        return {tau for side in (self.num, self.den) for _, tau in side}
+
+    @property
+    def order(self) -> int:
+        """The highest power of s in its denominator."""
+        return max(k for k, _ in self.den)
+
+    @property
+    def improper(self) -> bool:
+        """Whether its numerator has a higher power of s than its denominator."""
+        return max((k for k, _ in self.num), default=0) > self.order
+
 
 class Coefficients:
     """Every coefficient and delay of a diagram as one compiled function of its parameters."""
 
-    def __init__(self, diagram: Wiring, flat: Callable[..., Any], delays: list[sp.Expr]) -> None:
+    def __init__(self, diagram: Wiring) -> None:
         self._diagram = diagram
-        self._flat = flat
-        self._delays = delays
-
-    @classmethod
-    def compile(cls, diagram: Wiring) -> Coefficients:
-        """Compile the flat list of all coefficients and all delays of a diagram."""
-        delays = list(
-            {q: tau for b in diagram.blocks for q, tau in b.rational.delays.items()}.values()
-        )
-        flat = [
-            c
-            for b in diagram.blocks
-            for side in (b.rational.num, b.rational.den)
-            for c in side.values()
-        ]
-        function = sp.lambdify(
-            list(diagram.parameters.values()), [*delays, *flat], modules="math", cse=True
-        )
-        return cls(diagram, function, delays)
+        ratios = [block.rational for block in diagram.blocks]
+        self._delays = list({q: tau for r in ratios for q, tau in r.delays.items()}.values())
+        flat = [c for ratio in ratios for side in (ratio.num, ratio.den) for c in side.values()]
+        symbols = list(diagram.parameters.values())
+        self._flat = sp.lambdify(symbols, [*self._delays, *flat], modules="math", cse=True)
 
     @cached_property
-    def delay_names(self) -> list[str]:
+    def _delay_names(self) -> list[str]:
         """How each delay reads in the diagram, for messages."""
         return [str(delay) for delay in self._delays]
 
@@ -62,12 +62,13 @@ class Coefficients:
         try:
             numbers = [float(x) for x in self._flat(*values.values())]
         except (ZeroDivisionError, OverflowError, ValueError, TypeError):
+            pairs = ", ".join(f"{name} = {value:g}" for name, value in values.items())
             raise InputError(
-                f"at: a block has no finite real value{_shown(values)}; "
+                f"at: a block has no finite real value{f' at {pairs}' if pairs else ''}; "
                 "look for a division by zero or the root or logarithm of a negative number."
             ) from None
         delays = {}
-        for expr, name, number in zip(self._delays, self.delay_names, numbers, strict=False):
+        for expr, name, number in zip(self._delays, self._delay_names, numbers, strict=False):
             if number < 0:
                 raise InputError(
                     f"at: the delay {name} = {number:g} s is negative, which would predict the "
@@ -109,11 +110,6 @@ def _levelled(block: BlockCoefficients) -> BlockCoefficients:
     except OverflowError:  # a gain beyond 1e308 is left for those who use it to refuse
         return block
     return BlockCoefficients(block.name, num, den)
-
-
-def _shown(values: dict[str, float]) -> str:
-    pairs = ", ".join(f"{name} = {value:g}" for name, value in values.items())
-    return f" at {pairs}" if pairs else ""
 
 
 def _check_causal(name: str, den: dict[tuple[int, Fraction], float]) -> None:

@@ -15,7 +15,6 @@ from vsctrl.symbols import s
 #: |log| of the numbers that are left to floats, which end at e^709: some room for products is kept
 FARTHEST = 600.0
 
-
 FIRST_DIGITS, MOST_DIGITS = 50, 12_800  #: decimal digits of `to_agreement`
 
 
@@ -41,23 +40,14 @@ def pole_free_evaluator(
     gains = _numeric_gains(diagram)
 
     def cleared(expr: sp.Expr) -> sp.Expr:
-        terms = sp.Poly(expr, *gains).terms() if gains else [((), expr)]
-        return sp.Add(
-            *(
-                factor
-                * sp.Mul(
-                    *(
-                        n if power else d
-                        for power, (n, d) in zip(powers, gains.values(), strict=True)
-                    )
-                )
-                for powers, factor in terms
-            )
-        )
+        products = []
+        for powers, factor in sp.Poly(expr, *gains).terms() if gains else [((), expr)]:
+            sides = zip(powers, gains.values(), strict=True)
+            products.append(factor * sp.Mul(*(n if power else d for power, (n, d) in sides)))
+        return sp.Add(*products)
 
-    return _compiled(
-        diagram, [cleared(side) for side in diagram.gains.channel(source, target)], modules
-    )
+    sides = [cleared(side) for side in diagram.gains.channel(source, target)]
+    return _compiled(diagram, sides, modules)
 
 
 def _numeric_gains(diagram: Solved) -> dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]:
@@ -89,20 +79,16 @@ def to_agreement(value: Callable[[Any], Any], where: str) -> complex:
     while digits <= MOST_DIGITS:
         with mpmath.workdps(digits):
             try:
-                now = value(mpmath.mp)
+                result = value(mpmath.mp)
             except ZeroDivisionError:  # on a pole as far as these digits tell
-                now = None
-            if now is not None and before is not None and _agree(mpmath.mp, before, now):
-                found = complex(now)
-                return found if np.isfinite(found) else complex(np.inf)
-        digits, before = 2 * digits, now
+                result = None
+            both = result is not None and before is not None
+            if both and abs(before - result) <= 1e-15 * abs(result):
+                return complex(result) if np.isfinite(complex(result)) else complex(np.inf)
+        digits, before = 2 * digits, result
     if before is None:
         return complex(np.inf)
     raise InputError(
         f"channel: {where} lies so far out that {MOST_DIGITS} digits do not tell the value; "
         "give a point nearer to 0."
     )
-
-
-def _agree(mp: Any, one: Any, other: Any) -> bool:
-    return bool(abs(one - other) <= 1e-15 * abs(other))

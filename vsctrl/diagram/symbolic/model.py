@@ -8,14 +8,13 @@ from typing import Any
 
 import sympy as sp
 
-from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.diagram.symbolic import evaluation, transfer_function
 from vsctrl.diagram.symbolic.coefficients import Coefficients
-from vsctrl.diagram.symbolic.transfer_function import GainForm
+from vsctrl.diagram.symbolic.transfer_function import Solved
 
 
-class Model(Wiring):
-    """A wiring with its loop equations."""
+class Model(Solved):
+    """A wiring with its loop equations, in symbols and compiled."""
 
     def transfer(self, source: str, target: str) -> sp.Expr:
         """The exact transfer function from one signal to another, delays kept as exp(−τ s).
@@ -28,12 +27,7 @@ class Model(Wiring):
     @cached_property
     def coefficients(self) -> Coefficients:
         """The compiled list of every block's coefficients and every delay."""
-        return Coefficients.compile(self)
-
-    @cached_property
-    def gains(self) -> GainForm:
-        """Every channel in the symbols of the block gains (solved once, on first use)."""
-        return GainForm(self)
+        return Coefficients(self)
 
     @cached_property
     def evaluator(self) -> Callable[[str, str], Callable[..., Any]]:

@@ -8,13 +8,12 @@ evaluation a form that has not been multiplied out.
 
 from __future__ import annotations
 
-from functools import cache
-from typing import Any, Protocol
+from functools import cache, cached_property
+from typing import Any
 
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
-from vsctrl.diagram.description.blocks import Block
 from vsctrl.diagram.description.wiring import Wiring, resolve
 from vsctrl.errors import InputError
 from vsctrl.symbols import s
@@ -70,15 +69,13 @@ class GainForm:
         return self.ring.to_sympy(num), self.ring.to_sympy(den)
 
 
-class Solved(Protocol):
-    """A wiring that keeps its loop equations solved."""
+class Solved(Wiring):
+    """A wiring with its loop equations solved."""
 
-    @property
-    def gains(self) -> GainForm: ...
-    @property
-    def blocks(self) -> tuple[Block, ...]: ...
-    @property
-    def parameters(self) -> dict[str, sp.Symbol]: ...
+    @cached_property
+    def gains(self) -> GainForm:
+        """Every channel in the symbols of the block gains (solved once, on first use)."""
+        return GainForm(self)
 
 
 def expression(diagram: Solved, source: str, target: str) -> sp.Expr:
@@ -91,20 +88,16 @@ def expression(diagram: Solved, source: str, target: str) -> sp.Expr:
 def polynomials(diagram: Solved, source: str, target: str) -> tuple[sp.Expr, sp.Expr]:
     """Numerator and denominator of a channel, polynomials in s, delay symbols and parameters."""
     num, den = diagram.gains.channel(source, target)
-    gains = dict(
-        zip(
-            diagram.gains.letters,
-            (b.rational.num_expr / b.rational.den_expr for b in diagram.blocks),
-            strict=True,
-        )
-    )
+    ratios = (b.rational.num_expr / b.rational.den_expr for b in diagram.blocks)
+    gains = dict(zip(diagram.gains.letters, ratios, strict=True))
     bottom = sp.together(den.xreplace(gains))
     if bottom == 0:
         raise singular_loop(diagram)
     return sp.fraction(sp.cancel(sp.together(num.xreplace(gains)) / bottom))
 
 
-def singular_loop(diagram: Solved) -> InputError:
+def singular_loop(diagram: Wiring) -> InputError:
+    """The refusal of a loop whose equations have no solution."""
     return InputError(
         f"transfer: the loop through {', '.join(block.name for block in diagram.blocks)} is "
         "singular (its return difference is zero); change one of the gains in it."

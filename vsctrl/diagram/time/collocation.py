@@ -74,8 +74,8 @@ class _Drive:
         middle, u = a + t[-1] / 2, np.zeros(len(t))
         while self.powers and float(self.powers[-1][0]) < middle:
             start, power = self.powers.pop()
-            late = _carried([Fraction(0)] * power.order + [Fraction(power.values[0])], -start)
-            both = zip_longest(self.derivatives, late, fillvalue=Fraction(0))
+            begun = _carried([Fraction(0)] * power.order + [Fraction(power.values[0])], -start)
+            both = zip_longest(self.derivatives, begun, fillvalue=Fraction(0))
             self.derivatives = [a + b for a, b in both]
         for j, derivative in enumerate(_carried(self.derivatives, Fraction(a))):
             u += float(derivative) / math.factorial(j) * t**j
@@ -109,7 +109,8 @@ class _Stepper:
     def __init__(self, system: DelaySystem, signal: Signal, horizon: float) -> None:
         self.system, self.drive, self.horizon = system, _Drive(signal), horizon
         self.n, self.m, self.p = len(system.A), len(system.delays), system.outputs
-        self.tau = np.array([float(tau) for tau in system.delays])
+        self.tau = system.tau
+        self.B2, self.C2, self.D22 = system.inner
         self.longest = min(horizon, 6.0 / max(_rate(system), 1e-300))
         self.kinks = BreakingPoints(system, signal, self.longest)
         self._check_times()
@@ -171,17 +172,17 @@ class _Stepper:
         `before` is the roughness of the piece that this one is half of. Where halving does not
         lessen it, it is rounding, such as a stiff pole keeps alive, and is taken.
         """
-        r, p, sys = 1, self.p, self.system
-        (nodes, to_coefficients, _), integral = tables(DEGREE), integral_matrix(DEGREE)
+        p, sys = self.p, self.system
+        nodes, to_coefficients, _ = tables(DEGREE)
         # Times count from a: far out they would be rounded too much for a short piece to be smooth.
         h, t = b - a, (b - a) * (nodes + 1) / 2
         u = self.drive(a, t)
         past, own = self._past(a, t)
-        forcing = np.outer(u, sys.B[:, 0]) + past @ sys.B[:, r:].T
-        late = np.outer(u, sys.D[p:, 0]) + past @ sys.D[p:, r:].T
-        x, z = self._collocate(h, forcing, late, own, integral)
+        forcing = np.outer(u, sys.B[:, 0]) + past @ self.B2.T
+        direct = np.outer(u, sys.D[p:, 0]) + past @ self.D22.T
+        x, z = self._collocate(h, forcing, direct, own)
         w = past + np.einsum("jik,kj->ij", own, z) if self.m else past
-        y = x @ sys.C[:p].T + np.outer(u, sys.D[:p, 0]) + w @ sys.D[:p, r:].T
+        y = x @ sys.C[:p].T + np.outer(u, sys.D[:p, 0]) + w @ sys.D[:p, 1:].T
         both = np.hstack([x, z])
         size = np.abs(both).max(axis=0)
         if not max(size.max(initial=0.0), np.abs(y).max()) < LARGEST:
@@ -223,13 +224,13 @@ class _Stepper:
 
         A delayed signal brings along the rounding it was computed with (`noise`).
         """
-        sys, p = self.system, self.p
+        sys = self.system
         flow = (np.abs(sys.A) @ x + np.abs(sys.B) @ drive) * h
         in_x = np.abs(self.x) + flow / (1 + h * np.abs(sys.A).max(initial=0.0))
-        in_z = np.abs(sys.C[p:]) @ (x + in_x) + np.abs(sys.D[p:]) @ drive
+        in_z = np.abs(self.C2) @ (x + in_x) + np.abs(sys.D[self.p :]) @ drive
         self.noise = np.maximum(self.noise, 8 * EPSILON * in_z)
-        carried = np.abs(sys.B[:, 1:]) @ self.noise * h
-        also = np.abs(sys.C[p:]) @ carried + np.abs(sys.D[p:, 1:]) @ self.noise
+        carried = np.abs(self.B2) @ self.noise * h
+        also = np.abs(self.C2) @ carried + np.abs(self.D22) @ self.noise
         return np.concatenate([8 * EPSILON * in_x + carried, 8 * EPSILON * in_z + also])
 
     def _past(self, a: float, t: Array) -> tuple[Array, Array]:
@@ -254,33 +255,32 @@ class _Stepper:
                 past[known, j] = z[:, 0]
         return past, own
 
-    def _history(self, at: Array) -> tuple[Array, Array]:
+    def _history(self, t: Array) -> tuple[Array, Array]:
         """The ends and coefficients of the stored pieces that cover these times."""
-        first = max(bisect_right(self.ends, at.min(), hi=len(self.z)) - 1, 0)
-        last = min(bisect_right(self.ends, at.max()), len(self.z))
+        first = max(bisect_right(self.ends, t.min(), hi=len(self.z)) - 1, 0)
+        last = min(bisect_right(self.ends, t.max()), len(self.z))
         return np.array(self.ends[first : last + 1]), np.array(self.z[first:last])
 
     def _collocate(
-        self, h: float, forcing: Array, late: Array, own: Array, integral: Array
+        self, h: float, forcing: Array, direct: Array, own: Array
     ) -> tuple[Array, Array]:
-        """Solve x = x(a) + ∫(A x + B₂ w + forcing), z = C₂ x + D₂₂ w + late, w_j = own_j z_j."""
-        sys, n, m, k = self.system, self.n, self.m, len(integral)
-        S = integral * (h / 2)
+        """Solve x = x(a) + ∫(A x + B₂ w + forcing), z = C₂ x + D₂₂ w + direct, w_j = own_j z_j."""
+        A, n, m, k = self.system.A, self.n, self.m, DEGREE + 1
+        S = integral_matrix(DEGREE) * (h / 2)
         right: Array = self.x + S @ forcing
-        A, B2, C2, D22 = sys.A, sys.B[:, 1:], sys.C[self.p :], sys.D[self.p :, 1:]
         if not own.any():
             if A.any():
                 stacked = np.linalg.solve(np.eye(n * k) - np.kron(A, S), right.T.ravel())
                 right = np.asarray(stacked).reshape(n, k).T
-            return right, right @ C2.T + late
+            return right, right @ self.C2.T + direct
         matrix = np.eye((n + m) * k)
         matrix[: n * k, : n * k] -= np.kron(A, S)
-        matrix[n * k :, : n * k] -= np.kron(C2, np.eye(k))
+        matrix[n * k :, : n * k] -= np.kron(self.C2, np.eye(k))
         for j in range(m):
             column = slice((n + j) * k, (n + j + 1) * k)
-            matrix[: n * k, column] -= np.kron(B2[:, [j]], S @ own[j])
-            matrix[n * k :, column] -= np.kron(D22[:, [j]], own[j])
-        solution = np.linalg.solve(matrix, np.concatenate([right.T.ravel(), late.T.ravel()]))
+            matrix[: n * k, column] -= np.kron(self.B2[:, [j]], S @ own[j])
+            matrix[n * k :, column] -= np.kron(self.D22[:, [j]], own[j])
+        solution = np.linalg.solve(matrix, np.concatenate([right.T.ravel(), direct.T.ravel()]))
         both = solution.reshape(n + m, k).T
         return both[:, :n], both[:, n:]
 
@@ -306,11 +306,9 @@ def _is_coarse(u: Array, t: Array, end: float) -> bool:
 
 def _rate(system: DelaySystem) -> float:
     """How fast the solution can change, 1/s: the largest pole with all delays set to zero."""
-    p, m = system.outputs, len(system.delays)
+    B2, C2, D22 = system.inner
     rates = [np.linalg.eigvals(system.A)]
-    loop = np.eye(m) - system.D[p:, 1:]
-    if m and np.linalg.cond(loop) < 1e8:
-        rates.append(
-            np.linalg.eigvals(system.A + system.B[:, 1:] @ np.linalg.solve(loop, system.C[p:]))
-        )
+    loop = np.eye(len(D22)) - D22
+    if len(loop) and np.linalg.cond(loop) < 1e8:
+        rates.append(np.linalg.eigvals(system.A + B2 @ np.linalg.solve(loop, C2)))
     return float(np.abs(np.concatenate(rates)).max(initial=0.0))

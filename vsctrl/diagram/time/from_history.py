@@ -18,50 +18,48 @@ Bellman and Cooke, Differential-Difference Equations, Academic Press 1963, ch. 3
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.diagram.description.blocks import Block, Sum
+from vsctrl.diagram.description.blocks import Block, Part, Sum
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.signals.signal import Signal
-from vsctrl.diagram.time.initial_data import Keeper, Pasts, at_zero, checked
+from vsctrl.diagram.time.initial_data import DynamicBlock, InitialData, at_zero, checked
 from vsctrl.diagram.time.response import from_rest
 from vsctrl.errors import ImproperError, InputError
 from vsctrl.symbols import s
-
-if TYPE_CHECKING:
-    from vsctrl.diagram.symbolic.model import Model
 
 Array = NDArray[np.float64]
 
 
 def respond(
-    loop: Numeric, source: str, target: str, signal: Signal, given: object, t: Array, side: str
+    loop: Numeric, source: str, target: str, signal: Signal, history: object, t: Array, side: str
 ) -> tuple[Array, float]:
     """The response of a channel at times t ≥ 0 (s), (len(t), 1), and what its source was at 0−.
 
-    `given` maps names of signals to a number or a function of t ≤ 0.
+    `history` maps names of signals to a number or a function of t ≤ 0.
     Errors: `InputError` where the past is not usable, `LimitError` as the response from rest.
     """
     diagram = loop.diagram
-    past = Pasts(diagram, loop.blocks, checked(given, diagram), target)
-    pushes = [push for block in past.keepers.values() for push in _pushes(diagram, past, block)]
+    past = InitialData(diagram, loop.blocks, checked(history, diagram), target)
+    pushes = [push for block in past.dynamic_blocks.values() for push in _pushes(past, block)]
     y = past.carried_on(target, t, side)
-    y = y + from_rest(loop, source, target, signal - past.kept(source), t, side)
+    y = y + from_rest(loop, source, target, signal - Step(past.value_at_zero(source)), t, side)
     for name in diagram.inputs:
-        if name != source and past.now(name):
-            y = y + from_rest(loop, name, target, -past.kept(name), t, side)
-    for push, extra, longer in pushes:
+        if name != source and past.value_at_zero(name):
+            y = y + from_rest(loop, name, target, Step(-past.value_at_zero(name)), t, side)
+    for push, entry, parts in pushes:
+        longer = type(diagram)(parts, (*diagram.inputs, entry), diagram.outputs)
         try:
-            y = y + from_rest(replace(loop, diagram=longer), extra, target, push, t, side)
+            y = y + from_rest(replace(loop, diagram=longer), entry, target, push, t, side)
         except ImproperError:
             raise InputError(
-                f"response: with this history {extra.removesuffix('__push')!r} jumps at t = 0, "
+                f"response: with this history {entry.rpartition('__')[0]!r} jumps at t = 0, "
                 f"and {target!r} holds a derivative of it, an impulse; give its block a "
                 "past that goes with what it is fed, or ask for another signal."
             ) from None
@@ -69,63 +67,54 @@ def respond(
     return y, float(before[0, 0])
 
 
-def _pushes(diagram: Model, past: Pasts, block: Keeper) -> list[tuple[Signal, str, Model]]:
-    """(signal, its name, the diagram with it) that a block differs by from its past kept."""
-    output = block.block.output
-    found: list[tuple[Signal, str, Model]] = []
-    missing = past.continuation(block.input) - Step(_needed(past, block))
+def _pushes(past: InitialData, dynamic: DynamicBlock) -> Iterator[tuple[Signal, str, list[Part]]]:
+    """(signal, its name, the parts with it) by which a block differs from its value at 0 held."""
+    block = dynamic.block
+    y = block.output
+
+    def rewired(wiring: str) -> list[Part]:
+        return [replace(p, wiring=wiring) if p is block else p for p in past.diagram.parts]
+
+    missing = past.continuation(block.input) - Step(_needed(past, dynamic))
     if missing.terms:
-        found.append((missing, f"{output}__push", _pushed(diagram, block.block)))
-    if callable(block.past) and block.order > 1:
-        slopes = past.curves[output].derivatives(Fraction(0), "left", block.order)
-        d = block.own_den
+        fed = Sum(f"{y}__fed = {block.input} + {y}__push")
+        yield missing, f"{y}__push", [*rewired(f"{y}__fed -> {y}"), fed]
+    if callable(dynamic.past) and dynamic.order > 1:
+        slopes = past.functions[y].derivatives(Fraction(0), "left", dynamic.order)
+        d = dynamic.den
         numerator = sum(
             float(d[k] * slopes[j]) * s ** (k - j)
-            for k in range(2, block.order + 1)
+            for k in range(2, dynamic.order + 1)
             for j in range(1, k)
         )
         if numerator:
             den = sum(float(c) * s**k for k, c in enumerate(d))
-            longer = _swung(diagram, block.block, numerator / den)
-            found.append((Step(), f"{output}__start", longer))
-    return found
+            free = Block(
+                f"free motion of {block.name}", numerator / den, f"{y}__start -> {y}__free"
+            )
+            own = rewired(f"{block.input} -> {y}__own")
+            yield Step(), f"{y}__start", [*own, free, Sum(f"{y} = {y}__own + {y}__free")]
 
 
-def _needed(past: Pasts, block: Keeper) -> float:
+def _needed(past: InitialData, dynamic: DynamicBlock) -> float:
     """The constant a block would have to be fed to keep the value that it had at 0."""
-    fed, echo = past.constant(block.input), past.echo(block.input)
-    num, den = (at_zero(side) for side in (block.numbers.num, block.numbers.den))
-    if callable(block.past):
-        return den * past.now(block.block.output) / num
-    unknown = block.passes_no_constant and den != 0
-    need = fed if unknown else den * block.past / num if num else 0.0
-    if echo and unknown:
+    block, numbers = dynamic.block, dynamic.numbers
+    fed, varies = past.constant(block.input), past.delayed_terms(block.input)
+    num, den = at_zero(numbers.num), at_zero(numbers.den)
+    if callable(dynamic.past):
+        return den * past.value_at_zero(block.output) / num
+    unknown = not num and den != 0
+    need = fed if unknown else den * dynamic.past / num if num else 0.0
+    if varies and unknown:
         raise InputError(
             f"response: block {block.name!r} is zero at s = 0, so that its own past does not tell "
             f"its state, and the history of {block.input!r} is a function; split it into a gain "
             "and a block b/den(s) whose output you can name."
         )
-    if block.improper and (echo or abs(fed - need) > 1e-12 * max(abs(fed), abs(need))):
+    if numbers.improper and (varies or abs(fed - need) > 1e-12 * max(abs(fed), abs(need))):
         raise InputError(
             f"response: block {block.name!r} differentiates and has dynamics, and what it was fed "
             "by this history is not what it was in steady state with; split it into a "
             "differentiator and a block with dynamics."
         )
     return need
-
-
-def _pushed(diagram: Model, block: Block) -> Model:
-    """The diagram with a further input, added to what a block is fed."""
-    fed, push = f"{block.output}__fed", f"{block.output}__push"
-    parts = [replace(p, wiring=f"{fed} -> {p.output}") if p is block else p for p in diagram.parts]
-    parts.append(Sum(f"{fed} = {block.input} + {push}"))
-    return type(diagram)(parts, (*diagram.inputs, push), diagram.outputs)
-
-
-def _swung(diagram: Model, block: Block, shape: Any) -> Model:
-    """The diagram with a further input that is added, through a block, to a block's output."""
-    own, swing, start = (f"{block.output}__{word}" for word in ("own", "swing", "start"))
-    parts = [replace(p, wiring=f"{p.input} -> {own}") if p is block else p for p in diagram.parts]
-    parts.append(Block(f"free motion of {block.name}", shape, f"{start} -> {swing}"))
-    parts.append(Sum(f"{block.output} = {own} + {swing}"))
-    return type(diagram)(parts, (*diagram.inputs, start), diagram.outputs)

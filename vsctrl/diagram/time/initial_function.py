@@ -1,13 +1,14 @@
-"""What a signal was before t = 0: a function resolved into polynomials, and recalled by a delay.
+"""What a signal was before t = 0: a function approximated by polynomials, and delayed.
 
-A past is sampled on as many Chebyshev pieces as it needs. Where even short pieces do not resolve it
-there is a kink or a jump, which is searched for by halving and becomes an end of two pieces. A
-delay σ brings the past back on [0, σ): `Recall` is that as a signal, which knows its kinks.
+An initial function is sampled on as many Chebyshev pieces as it needs. Where even short pieces do
+not fit it there is a kink or a jump, which is searched for by halving and becomes an end of two
+pieces. Behind a delay σ it is seen on [0, σ): `DelayedInitialFunction` is that as a signal, which
+knows its kinks.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -20,7 +21,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from vsctrl.diagram.numerics.chebyshev import inner_tables, slope
-from vsctrl.diagram.signals.signal import Part, Primitive, Signal
+from vsctrl.diagram.signals.signal import Part, Primitive
 from vsctrl.errors import InputError
 
 Array = NDArray[np.float64]
@@ -38,58 +39,59 @@ MOST_PIECES = 4096
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class InitialFunction:
     """A past: Chebyshev coefficients between ends (s, rising to 0), and the value from 0 on."""
 
     ends: tuple[Fraction, ...]
     coefficients: tuple[Array, ...]
-    now: float
+    at_zero: float
 
     def __call__(self, t: Array, seen: Array) -> Array:
         """The value at times t (s), at a jump that on the side that `seen` is on."""
-        out = np.full(np.shape(t), self.now)
+        out = np.full(np.shape(t), self.at_zero)
         last = len(self.coefficients) - 1
-        found = np.searchsorted([float(end) for end in self.ends], seen, side="right") - 1
-        piece = np.where(seen < 0, np.clip(found, 0, last), -1)
+        before = np.searchsorted([float(end) for end in self.ends], seen, side="right") - 1
+        piece = np.where(seen < 0, np.clip(before, 0, last), -1)
         for i in set(piece.ravel().tolist()) - {-1}:
             a, b = (float(end) for end in self.ends[i : i + 2])
-            at = piece == i
-            out[at] = chebyshev.chebval((2 * t[at] - (a + b)) / (b - a), self.coefficients[i])
+            inside = piece == i
+            xi = (2 * t[inside] - (a + b)) / (b - a)
+            out[inside] = chebyshev.chebval(xi, self.coefficients[i])
         return out
 
     @property
     def scale(self) -> float:
         """A bound of its size."""
-        return max([abs(self.now), *(float(np.abs(c).sum()) for c in self.coefficients)])
+        return max([abs(self.at_zero), *(float(np.abs(c).sum()) for c in self.coefficients)])
 
-    def slope(self) -> Curve:
-        """Its derivative, 0 from t = 0 on."""
-        slopes = tuple(
-            slope(c, float(b - a))
-            for (a, b), c in zip(pairwise(self.ends), self.coefficients, strict=True)
-        )
-        return Curve(self.ends, slopes, 0.0)
+    def slope(self, order: int = 1) -> InitialFunction:
+        """Its derivative of some order, 0 from t = 0 on; itself for order 0."""
+        if not order:
+            return self
+        pieces = zip(pairwise(self.ends), self.coefficients, strict=True)
+        slopes = tuple(slope(c, float(b - a)) for (a, b), c in pieces)
+        return InitialFunction(self.ends, slopes, 0.0).slope(order - 1)
 
-    def derivatives(self, at: Fraction, side: str, orders: int) -> Array:
+    def derivatives(self, t: Fraction, side: str, orders: int) -> Array:
         """Those of order 0 … orders − 1 at a time ≤ 0 (s), "left" or "right" of it."""
         out = np.zeros(orders)
-        if not self.coefficients or (at >= 0 and side == "right"):
-            out[0] = self.now
+        if not self.coefficients or (t >= 0 and side == "right"):
+            out[0] = self.at_zero
             return out
         if side == "right":
-            i = max(k for k, end in enumerate(self.ends[:-1]) if end <= at or k == 0)
+            i = max(k for k, end in enumerate(self.ends[:-1]) if end <= t or k == 0)
         else:
-            i = next(k for k, end in enumerate(self.ends[1:]) if at <= end)
+            i = next(k for k, end in enumerate(self.ends[1:]) if t <= end)
         a, b = self.ends[i], self.ends[i + 1]
-        x, c = float(2 * (at - a) / (b - a) - 1), self.coefficients[i]
+        x, c = float(2 * (t - a) / (b - a) - 1), self.coefficients[i]
         for k in range(min(orders, len(c))):
             out[k] = chebyshev.chebval(x, c)
             c = slope(c, float(b - a))
         return out
 
-    def jumps(self, at: Fraction, orders: int) -> Array:
+    def jumps(self, t: Fraction, orders: int) -> Array:
         """The jumps of the derivatives there, those that rounding may have made taken as 0."""
-        jump = self.derivatives(at, "right", orders) - self.derivatives(at, "left", orders)
+        jump = self.derivatives(t, "right", orders) - self.derivatives(t, "left", orders)
         if abs(jump[0]) <= 10 * TOLERANCE * self.scale:
             jump[0] = 0.0
         return jump
@@ -99,13 +101,11 @@ class Curve:
         """The ends between two pieces at which it truly bends or jumps."""
         return [
             end
-            for end, width in zip(self.ends[1:-1], self._narrower(), strict=True)
-            if (np.abs(self.jumps(end, 5)) > self._rounding(width, 5)).any()
+            for end, widths in zip(
+                self.ends[1:-1], pairwise(np.diff(np.array(self.ends, object))), strict=True
+            )
+            if (np.abs(self.jumps(end, 5)) > self._rounding(float(min(widths)), 5)).any()
         ]
-
-    def _narrower(self) -> list[float]:
-        widths = [float(b - a) for a, b in pairwise(self.ends)]
-        return [min(pair) for pair in pairwise(widths)]
 
     def _rounding(self, width: float, orders: int) -> Array:
         """What the error of a piece may make of its derivatives: T_N⁽ᵏ⁾(1) (2/h)ᵏ times that."""
@@ -116,15 +116,17 @@ class Curve:
         return 100 * TOLERANCE * self.scale * np.array(growth)
 
 
-def resolve(sample: Callable[[Array], Array], now: float, back: Fraction, what: str) -> Curve:
-    """The past on [−back, 0] (s) as a curve, its value at 0 being `now`.
+def approximate(
+    sample: Callable[[Array], Array], at_zero: float, back: Fraction, what: str
+) -> InitialFunction:
+    """The past on [−back, 0] (s) by polynomials, its value at 0 being `at_zero`.
 
     `sample` takes times (n,) and returns values (n,).
     Errors: `InputError` where it is too rough to be resolved.
     """
     if not back:
-        return Curve((Fraction(0),), (), now)
-    fit = _Fit(sample, abs(now))
+        return InitialFunction((Fraction(0),), (), at_zero)
+    fit = _Fit(sample, abs(at_zero))
     rough = fit.refine([(-back, Fraction(0))], SMOOTH_DEPTH)
     if rough:
         edges = _apart(fit.pin_down(rough), back)
@@ -138,7 +140,7 @@ def resolve(sample: Callable[[Array], Array], now: float, back: Fraction, what: 
         )
     cells = sorted(fit.pieces)
     ends = (*(a for a, _ in cells), Fraction(0))
-    return Curve(ends, tuple(fit.chopped(fit.pieces[cell]) for cell in cells), now)
+    return InitialFunction(ends, tuple(fit.chopped(fit.pieces[cell]) for cell in cells), at_zero)
 
 
 class _Fit:
@@ -159,18 +161,18 @@ class _Fit:
 
     def pin_down(self, cells: list[Cell]) -> list[Cell]:
         """For each kink in these cells one as short as it shows in."""
-        found: list[Cell] = []
+        located: list[Cell] = []
         for _ in range(DEEPEST - SMOOTH_DEPTH):
-            if len(cells) + len(found) > 2 * MOST_KINKS:
+            if len(cells) + len(located) > 2 * MOST_KINKS:
                 self.lost = True
                 break
             halves = [_halves(cell) for cell in cells]
             rough = set(self._rough([half for pair in halves for half in pair]))
-            found += [c for c, pair in zip(cells, halves, strict=True) if not rough & set(pair)]
+            located += [c for c, pair in zip(cells, halves, strict=True) if not rough & set(pair)]
             cells = sorted(rough)
             if not cells:
                 break
-        return sorted([*found, *cells])
+        return sorted([*located, *cells])
 
     def _rough(self, cells: list[Cell]) -> list[Cell]:
         """Those that a polynomial does not fit; the others are kept as pieces."""
@@ -219,44 +221,39 @@ def _simplest(low: Fraction, high: Fraction) -> Fraction:
 
 
 @dataclass(frozen=True, eq=False)
-class Recall(Part):
-    """u(t) = amplitude · φ(t − delay): a past that comes back, and from t = delay on φ(0)."""
+class DelayedInitialFunction(Part):
+    """u(t) = amplitude · φ(t − delay): an initial function delayed, from t = delay on φ(0)."""
 
-    curve: Curve
+    function: InitialFunction
     delay: Fraction
     amplitude: float = 1.0
 
     @property
     def changes(self) -> list[tuple[Fraction, Primitive]]:
         """The stretches between its kinks, each up to the next."""
-        return [(start + self.delay, part) for start, part in self._stretches()]
-
-    def _stretches(self) -> Iterator[tuple[Fraction, Primitive]]:
-        inner = [kink for kink in self.curve.kinks if kink > -self.delay]
-        ends = [-self.delay, *inner, Fraction(0)]
-        for first, (start, stop) in enumerate(pairwise(ends)):
-            yield start, _Stretch(self.curve, start, stop, not first, self.amplitude)
-        yield ends[-1], _Stretch(self.curve, ends[-1], None, False, self.amplitude)
+        inner = [kink for kink in self.function.kinks if kink > -self.delay]
+        starts = [-self.delay, *inner, Fraction(0)]
+        stops = [*starts[1:], None]
+        return [
+            (start + self.delay, _Stretch(self.function, start, stop, not i, self.amplitude))
+            for i, (start, stop) in enumerate(zip(starts, stops, strict=True))
+        ]
 
     def smooth(self, t: Array, seen: Array) -> Array:
         """The value at t after the start; at a jump within, on the side that `seen` is on."""
-        late = float(self.delay)
-        return self.amplitude * self.curve(t - late, seen - late)
+        delay_s = float(self.delay)
+        return self.amplitude * self.function(t - delay_s, seen - delay_s)
 
-    def scaled(self, factor: Any) -> Recall:
+    def scaled(self, factor: Any) -> DelayedInitialFunction:
         """The signal times a number."""
         return replace(self, amplitude=factor * self.amplitude)
-
-    def derivative(self) -> Signal | None:
-        """None: it starts with a jump."""
-        return None
 
 
 @dataclass(frozen=True, eq=False)
 class _Stretch(Primitive):
-    """A curve from one kink to the next, and zero after that; it is asked for on one side only."""
+    """An initial function from one kink to the next, then zero; asked for on one side only."""
 
-    curve: Curve
+    function: InitialFunction
     begin: Fraction
     stop: Fraction | None
     first: bool
@@ -264,22 +261,22 @@ class _Stretch(Primitive):
     size: ClassVar[str] = "amplitude"
 
     def __post_init__(self) -> None:
-        """Its fields were checked where the curve was made."""
+        """Its fields were checked where the function was approximated."""
 
-    @staticmethod
-    def formula(t: Array, *values: Any) -> Array:
+    @classmethod
+    def formula(cls, t: Array, *values: Any) -> Array:
         """The value at t ≥ 0 after the start; all of t before its end, or all after."""
-        curve, begin, stop, _, amplitude = values
+        function, begin, stop, _, amplitude = values
         if stop is None:
-            return np.full(np.shape(t), amplitude * curve.now)
+            return np.full(np.shape(t), amplitude * function.at_zero)
         a, b = float(begin), float(stop)
         x, h = a + t, b - a
         if t[0] + t[-1] > 2 * h:
             return np.zeros(np.shape(t))
-        return np.asarray(amplitude * curve(x, np.clip(x, a + 1e-9 * h, b - 1e-9 * h)))
+        return np.asarray(amplitude * function(x, np.clip(x, a + 1e-9 * h, b - 1e-9 * h)))
 
     def onset(self, orders: int) -> Array:
         """The jumps of its derivatives at its start."""
         if self.first:
-            return self.amplitude * self.curve.derivatives(self.begin, "right", orders)
-        return self.amplitude * self.curve.jumps(self.begin, orders)
+            return self.amplitude * self.function.derivatives(self.begin, "right", orders)
+        return self.amplitude * self.function.jumps(self.begin, orders)

@@ -52,21 +52,19 @@ def _integrated(loop: Numeric, source: str) -> Numeric:
 
 
 def check_signal(signal: object) -> None:
+    """Refuse what is no signal, and one that holds symbols."""
     if not isinstance(signal, Signal):
         raise InputError(
             f"response: {quoted(signal)} is no signal; give a Step(…), Ramp(…), Parabola(…), "
             "Sine(…), Pulse(…), Samples(…) or a sum of these."
         )
-    symbolic = any(
-        hasattr(value, "free_symbols")
-        for _, primitive in signal.primitives
-        for value in primitive.values
-    )
-    if symbolic:
+    values = [value for _, primitive in signal.primitives for value in primitive.values]
+    if any(hasattr(value, "free_symbols") for value in values):
         raise InputError(f"response: {quoted(signal)} holds symbols; give it numbers.")
 
 
 def checked_times(t: ArrayLike) -> Array:
+    """A list of finite times of 0 s or more."""
     times = reals(t)
     if times is None or times.ndim != 1 or not len(times) or times.min() < 0:
         raise InputError("response: t must be a list of finite times of 0 s or more.")

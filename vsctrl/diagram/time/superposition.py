@@ -82,8 +82,8 @@ class _Train:
         chunk = max(1, 1_000_000 // len(t))
         for k in range(0, last, chunk):
             w = self.weights[k : min(k + chunk, last)]
-            late = t - (k + np.arange(len(w)))[:, None] * self.period
-            y += np.einsum("k,ktp->tp", w, one(late.ravel(), side).reshape(*late.shape, -1))
+            since = t - (k + np.arange(len(w)))[:, None] * self.period
+            y += np.einsum("k,ktp->tp", w, one(since.ravel(), side).reshape(*since.shape, -1))
         return y
 
 
