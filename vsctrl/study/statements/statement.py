@@ -46,7 +46,7 @@ class Statement:
     where: str
     says: str
     claim: str
-    unit: str
+    unit: str = ""
     cases: tuple[Trial, ...]
     sentence: str
     how: str
