@@ -81,7 +81,7 @@ class CrossCheck:
         return "\n".join([head, *rows])
 
     def _repr_html_(self) -> str:
-        cells = [("channel", "faces", "difference", "allowed", "")]
+        cells: list[tuple[str, ...]] = [("channel", "faces", "difference", "allowed", "")]
         for line in self.lines:
             *others, verdict = line.cells
             cells.append((*others, f"{verdict}, {line.note}" if line.note else verdict))
@@ -103,11 +103,8 @@ def _channel(system: System, channel: NumericChannel) -> list[Check]:
     exact = channel(points)
     scale = 1 + np.abs(exact)
     symbolic = np.array([complex(channel.expr.subs("s", point).evalf(30)) for point in points])
-    difference, allowed = (
-        _largest(exact - symbolic, scale),
-        1e-12 * _phase_rounding(channel, points),
-    )
-    compiled = Check(name, "compiled against symbolic, 30 digits", difference, allowed)
+    faces, allowed = "compiled against symbolic, 30 digits", _phase_rounding(channel, points)
+    compiled = Check(name, faces, _largest(exact - symbolic, scale), 1e-12 * allowed)
     try:
         realised = channel.realisation.transfer(points)[:, 0, 0] * channel.sign
     except ImproperError as error:  # any other refusal is the user's to see

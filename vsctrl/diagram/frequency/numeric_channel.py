@@ -55,8 +55,8 @@ class NumericChannel:
 
         Errors: `InputError` where s is not finite.
         """
-        at = points("channel: s", s)
-        compiled, flat = self._compiled(), at.reshape(-1)
+        s_values = points("channel: s", s)
+        compiled, flat = self._compiled(), s_values.reshape(-1)
         values = np.empty(flat.shape, complex)
         with np.errstate(all="ignore"):
             for i in range(0, len(flat), AT_ONCE):
@@ -69,7 +69,7 @@ class NumericChannel:
         if len(lost):
             values[lost] = [self._where_a_block_is_infinite(point) for point in flat[lost]]
         values = values if self.sign > 0 else np.negative(values, out=values)
-        return values.reshape(at.shape) if at.ndim else complex(values[0])
+        return values.reshape(s_values.shape) if s_values.ndim else complex(values[0])
 
     def _compiled(self) -> Any:
         try:

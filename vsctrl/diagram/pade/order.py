@@ -56,10 +56,10 @@ def model(channel: NumericChannel, order: object, tol: object, band: object) -> 
     smallest, best, *_ = _smallest(channel, bound, limits, judge)
     if smallest:
         return smallest
-    at, least = _of_order(channel, best, limits).worst()
+    omega, least = _of_order(channel, best, limits).worst()
     raise InputError(
         f"pade: tol = {bound:g} is reached by no order up to {MOST} from {limits[0]:g} to "
-        f"{limits[1]:g} rad/s; the best is order {best}, off by {least:.2g} at {at:.4g} rad/s. "
+        f"{limits[1]:g} rad/s; the best is order {best}, off by {least:.2g} at {omega:.4g} rad/s. "
         "Allow more, or give a band that ends lower."
     )
 

@@ -96,10 +96,10 @@ class DifferenceEquation:
         """(A, B, C, D) with shift registers for what is late, on the side that needs fewer."""
         m, n, taps = self.inner, self.states, self.taps
         rows, columns, keeps = self._registers
-        whole = _registers_of_columns(taps, columns) if columns else _registers_of_rows(taps, rows)
+        matrix = _registers_of_columns(taps, columns) if columns else _registers_of_rows(taps, rows)
         # Rows [x⁺; v; y; registers⁺] over [x; v; e; registers]: put v in, then sort.
-        v = whole[n:m].copy()
-        rest, gain = np.delete(whole, range(n, m), 0), np.delete(whole, range(n, m), 0)[:, n:m]
+        v = matrix[n:m].copy()
+        rest, gain = np.delete(matrix, range(n, m), 0), np.delete(matrix, range(n, m), 0)[:, n:m]
         closed = np.delete(rest + gain @ v, range(n, m), 1)
         outputs, inputs = taps[0].shape[0] - m, taps[0].shape[1] - m
         r = [*range(n), *range(n + outputs, n + outputs + keeps)]
@@ -148,16 +148,16 @@ def _registers_of_rows(taps: dict[int, Array], delayed: _Rows) -> Array:
     height, width = taps[0].shape
     starts = np.concatenate([[0], np.cumsum(depth)]).astype(int)
     keeps = int(starts[-1])
-    whole = np.zeros((height + keeps, width + keeps))
-    whole[:height, :width] = taps[0]
+    matrix = np.zeros((height + keeps, width + keeps))
+    matrix[:height, :width] = taps[0]
     for j, (row, start, length) in enumerate(zip(rows, starts, depth, strict=False)):
-        whole[:height, width + start] = mix[:, j]
+        matrix[:height, width + start] = mix[:, j]
         for i in range(length - 1):
-            whole[height + start + i, width + start + i + 1] = 1.0
+            matrix[height + start + i, width + start + i + 1] = 1.0
         for d in taps:
             if 0 < d <= length:
-                whole[height + start + d - 1, :width] = taps[d][row]
-    return whole
+                matrix[height + start + d - 1, :width] = taps[d][row]
+    return matrix
 
 
 def _registers_of_columns(taps: dict[int, Array], columns: dict[int, int]) -> Array:
