@@ -13,12 +13,11 @@ num = b its ξ is φ/b; the slopes φ′(0), φ″(0), … that a value kept lea
 
     L⁻¹{ Σ_k d_k Σ_{1≤j<k} s^{k−1−j} φ⁽ʲ⁾(0) / den(s) },    den = Σ_k d_k s^k.
 
-The stepper of `collocation` is not begun with x(0) and z(t < 0) instead, since the states that it
-has are not the ξ of the blocks: `descriptor` eliminates those that are tied to inputs, shifts others
-by derivatives of u and w and makes channels of derivatives; `reduction` drops some of what is left,
-which is then rescaled. All of that would have to map initial data, derivatives at 0 included, as
-well. The stepper also takes one input, not all that have a past, and breaking points that begin
-where this input does, not at each kink of a past and at 0, where past and solution do not join.
+The stepper of `collocation` is not begun with x(0) and z(t < 0) instead: its states are not the ξ
+of the blocks. `descriptor` eliminates those that are tied to inputs, shifts others by derivatives
+of u and w and adds channels of derivatives; the rest is pruned and rescaled. All of that would have
+to map initial data too. The stepper also has one input, and breaking points that begin with it, not
+at each kink of a past, nor at 0 in every channel, where past and solution need not join.
 
 Bellman and Cooke, Differential-Difference Equations, Academic Press 1963, ch. 3 and 6.
 """
