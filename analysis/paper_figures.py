@@ -6,9 +6,7 @@ what became of the paper's statements about each.
 """
 
 import io
-import os
 import sys
-import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,6 +17,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 import vsctrl as vs
+from vsctrl.files import write_all
 from vsctrl.report import plots
 from vsctrl.study.statements import Bench, Pair, Traces
 from vsctrl.study.statements.runs import DEPTH_RATIO, FAR, FOCAL_RATIO, NOISE_PX, sideways, size
@@ -120,10 +119,10 @@ def main(out: Path | None = None) -> list[Path]:
     for picture in pictures:
         for kind in ("svg", "png"):
             path = folder / f"{picture.name}.{kind}"
-            write(path, encoded(picture.figure, kind))
+            write_all({path: encoded(picture.figure, kind)})
             written.append(path)
     page = folder / "index.html"
-    write(page, text(pictures, found).encode())
+    write_all({page: text(pictures, found)})
     for picture in pictures:
         print(f"Figure {picture.number}: {picture.caption}\n")
     return [*written, page]
@@ -279,19 +278,6 @@ def encoded(figure: Figure, kind: str) -> bytes:
     with mpl.rc_context(plots.STYLE):
         figure.savefig(buffer, format=kind, dpi=DPI, facecolor="white", metadata=metadata)
     return buffer.getvalue()
-
-
-def write(path: Path, content: bytes) -> None:
-    """Write a file under another name and rename it: all of it or nothing."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        Path(temporary).chmod(0o644)
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
 
 
 if __name__ == "__main__":

@@ -93,6 +93,24 @@ def test_the_installed_command_knows_its_version_and_its_commands(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_the_package_runs_as_the_command_does(tmp_path):
+    arguments = ("loop", "--gain", "2.5", "--delay", "0.08")
+    found = subprocess.run(
+        [sys.executable, "-m", "vsctrl", *arguments],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=120,
+    )
+    assert found.returncode == 0 and found.stderr == ""
+    assert found.stdout == call(*arguments).stdout != ""
+    wrong = subprocess.run(
+        [sys.executable, "-m", "vsctrl", "loop"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert wrong.returncode == 2 and wrong.stderr.startswith("Usage: vsctrl loop ")
+
+
 def test_every_command_and_option_has_help():
     for command in main.commands.values():
         assert command.get_short_help_str()

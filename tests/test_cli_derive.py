@@ -146,7 +146,7 @@ def test_help_loads_nothing_heavy():
 
 
 def test_the_proofs_run_when_asked(monkeypatch):
-    """Three of them here; tests/derive/test_ledger.py runs all."""
+    """Three of them here; tests/derive/test_claims.py runs all."""
     few = derive.ledger()[:3]
     monkeypatch.setattr("vsctrl.derive.ledger", lambda: few)
     result = call("--ledger", "--prove")

@@ -5,6 +5,7 @@ Every expected formula is typed in here from the theory page; nothing is taken f
 
 import math
 
+import effort
 import numpy as np
 import pytest
 import sympy as sp
@@ -246,7 +247,7 @@ def test_every_placement_has_the_same_loop_transfer_function(placement):
     np.testing.assert_allclose(opened.frequency_response(w).complex, expected, rtol=1e-12)
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=effort.share(40), deadline=None, derandomize=True)
 @given(
     x=st.floats(0.05, 1.2),
     late=st.floats(0.01, 0.5),

@@ -1,10 +1,22 @@
-"""Every notebook runs from top to bottom, and is kept free of outputs and of functions."""
+"""Every notebook runs from top to bottom, and is kept free of outputs and of functions.
 
+All notebooks run in the process of the tests, each in a namespace of its own, so that imports and
+what SymPy has worked out serve all of them; with ``--long`` each runs in a kernel as well, as
+Jupyter runs it.
+"""
+
+import json
+from collections.abc import Iterator
+from contextlib import chdir
 from pathlib import Path
 
-import nbformat
+import effort
+import matplotlib as mpl
+import numpy as np
 import pytest
-from nbclient import NotebookClient
+from IPython.core.interactiveshell import InteractiveShell
+from IPython.utils.capture import capture_output
+from traitlets.config import Config
 
 FOLDER = Path(__file__).parents[1] / "notebooks"
 # What a notebook must come to show, as text: results that are known without vsctrl.
@@ -93,16 +105,64 @@ def test_every_notebook_has_results_to_show():
     assert sorted(path.stem for path in FOLDER.glob("*.ipynb")) == sorted(SHOWN)
 
 
+class Shell(InteractiveShell):
+    """IPython without a window system: figures are shown in the notebook."""
+
+    def enable_gui(self, gui=None):
+        assert gui is None
+
+
+@pytest.fixture
+def shell() -> Iterator[Shell]:
+    """A fresh IPython in the folder of the notebooks; what a notebook sets for all is put back."""
+    config = Config({"HistoryManager": {"enabled": False}})
+    with mpl.rc_context(), np.printoptions(), chdir(FOLDER):
+        shell = Shell.instance(config=config)
+        yield shell
+        shell.restore_sys_module_state()
+        Shell.clear_instance()
+
+
+def code_of(name):
+    """The code cells of a notebook, as its file has them."""
+    notebook = json.loads((FOLDER / f"{name}.ipynb").read_text(encoding="utf-8"))
+    return [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+
+
 @pytest.mark.parametrize("name", SHOWN)
+def test_a_notebook_is_kept_without_outputs_and_without_functions(name):
+    code = code_of(name)
+    assert not any(cell["outputs"] or cell["execution_count"] for cell in code)
+    assert not any("def " in "".join(cell["source"]) for cell in code)
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_a_notebook_runs_silently_and_shows_known_results(name, shell):
+    shown = []
+    for cell in code_of(name):
+        with capture_output() as captured:
+            result = shell.run_cell("".join(cell["source"]))
+        result.raise_error()
+        assert not captured.stderr
+        shown += [out.data for out in captured.outputs]
+        if result.result is not None:
+            shown.append(shell.display_formatter.format(result.result)[0])
+    together = "\n".join(data.get("text/plain", "") for data in shown)
+    for text in SHOWN[name]:
+        assert text in together
+
+
+# One starts a kernel in every run; its imports alone cost seconds.
+@pytest.mark.parametrize("name", SHOWN if effort.long else ["02_interaction_matrices"])
 @pytest.mark.filterwarnings("default")  # the kernel's own sockets, not vsctrl's code
-def test_notebook(name):
+def test_a_notebook_runs_silently_in_a_kernel(name):
+    import nbformat  # seconds, for the grammar of its addresses
+    from nbclient import NotebookClient
+
     notebook = nbformat.read(FOLDER / f"{name}.ipynb", as_version=4)
-    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
-    assert not any(cell.outputs or cell.execution_count for cell in code)
-    assert not any("def " in cell.source for cell in code)
     resources = {"metadata": {"path": str(FOLDER)}}
     NotebookClient(notebook, timeout=300, kernel_name="python3", resources=resources).execute()
-    outputs = [out for cell in code for out in cell.outputs]
+    outputs = [out for cell in notebook.cells for out in cell.get("outputs", ())]
     assert not [out.text for out in outputs if out.get("name") == "stderr"]
     shown = "\n".join(out.data.get("text/plain", "") for out in outputs if "data" in out)
     for text in SHOWN[name]:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from vsctrl.report import write_report as write_report
     from vsctrl.servo import Run as Run
     from vsctrl.servo import Scenario as Scenario
-    from vsctrl.servo import simulate as simulate
+    from vsctrl.servo.simulate import simulate as simulate
     from vsctrl.study import validate as validate
     from vsctrl.study import validate_all as validate_all
 

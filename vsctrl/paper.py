@@ -12,7 +12,7 @@ from vsctrl.errors import InputError
 from vsctrl.servo.camera.target import CUBE_LEDS
 from vsctrl.servo.motion.trajectory import Waveform
 from vsctrl.servo.scenario import Scenario
-from vsctrl.servo.scenario.experiment import Placement
+from vsctrl.servo.timing import Placement
 
 PRINTED_START = (-0.174, 0.044, -0.077)
 """Start position of section 4.1 as printed, m. It puts all LEDs (z = −0.125 m) behind the camera:

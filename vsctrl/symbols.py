@@ -4,6 +4,7 @@ Every room that speaks SymPy takes its letters from here, so that a formula deri
 be compared with a formula derived in another.
 """
 
+from sympy import Expr as Expr
 from sympy import Symbol, symbols
 
 # The loop of figure 1 ------------------------------------------------------------------------

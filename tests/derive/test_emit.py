@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
-from running_error import exact_and_bound
+from oracles.running_error import exact_and_bound
 from sympy import Symbol, lambdify, log, sqrt, symbols
 
 from vsctrl.derive import (
@@ -29,6 +29,7 @@ from vsctrl.servo.generated import kernels
 from vsctrl.symbols import F_x, F_y, lam, x, y, z
 
 named = cache(catalogue.named)  # derived once for all tests
+printed_kernels = cache(emit_servo_kernels)  # and printed once
 SHAPES = [(), (4,), (3, 5)]
 FIRST, SECOND = (x, y, z), symbols("x_1 y_1 z_1", positive=True)
 
@@ -50,7 +51,7 @@ def evaluated(matrix, arguments, values):
 
 
 def test_the_committed_kernels_regenerate_to_the_letter():
-    assert Path(kernels.__file__).read_text(encoding="utf-8") == emit_servo_kernels()
+    assert Path(kernels.__file__).read_text(encoding="utf-8") == printed_kernels()
 
 
 @pytest.mark.parametrize("hash_seed", ["1", "2"])
@@ -63,14 +64,14 @@ def test_the_command_prints_the_kernels(hash_seed):
         encoding="utf-8",
         check=True,
     )
-    assert done.stdout == emit_servo_kernels()
+    assert done.stdout == printed_kernels()
     assert done.stderr == ""
 
 
 def test_the_kernels_import_numpy_only():
     imports = [
         node.module if isinstance(node, ast.ImportFrom) else node.names[0].name
-        for node in ast.walk(ast.parse(emit_servo_kernels()))
+        for node in ast.walk(ast.parse(printed_kernels()))
         if isinstance(node, ast.Import | ast.ImportFrom)
     ]
     assert imports == ["numpy", "numpy.typing"]

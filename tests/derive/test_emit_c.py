@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from running_error import exact_and_bound
+from oracles.running_error import exact_and_bound
 from sympy import Float, Function, I, Integer, Piecewise, Rational, Symbol, gamma, log, pi, sqrt
 
 from vsctrl.derive import Camera, Feature, Point, Sphere, catalogue, emit, evaluate

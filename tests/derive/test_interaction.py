@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from moving import COLUMNS, finite_difference
+from oracles.moving import COLUMNS, finite_difference
 from sympy import Matrix, Symbol, lambdify, log, sqrt, symbols, zeros
 
 from vsctrl.derive import PIXELS, Feature, Point, interaction_matrix

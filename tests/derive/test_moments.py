@@ -9,7 +9,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from moving import COLUMNS, finite_difference
+from oracles.moving import COLUMNS, finite_difference
 from sympy import Matrix, Symbol, expand, lambdify, symbols, zeros
 
 from vsctrl.derive import NORMALISED, Camera, interaction_matrix

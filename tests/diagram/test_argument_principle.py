@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
-from delay_oracle import WORKING, figure1
+from oracles.delay import WORKING, figure1
 from scipy.special import lambertw
 
 from vsctrl.diagram import Block, Diagram, Sum

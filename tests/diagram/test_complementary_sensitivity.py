@@ -7,7 +7,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from delay_oracle import figure1
+from oracles.delay import figure1
 
 from vsctrl.diagram import Block, Diagram, Sum
 from vsctrl.symbols import s

@@ -1,6 +1,7 @@
 """Blocks made of python-control systems: the same function of s, whatever form it came in."""
 
 import control
+import effort
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -23,7 +24,7 @@ def test_a_transfer_function_is_taken_with_its_decimals():
     )
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=effort.share(40), deadline=None, derandomize=True)
 @given(st.integers(1, 7), st.integers(0, 10_000), st.booleans())
 def test_a_state_space_is_what_python_control_evaluates(n, seed, through):
     random = np.random.default_rng(seed)

@@ -4,8 +4,8 @@ import control
 import matplotlib as mpl
 import numpy as np
 import pytest
-from delay_oracle import WORKING, figure1
 from matplotlib import pyplot as plt
+from oracles.delay import WORKING, figure1
 
 from vsctrl.diagram import Ramp, Sine, Step, Sum
 from vsctrl.diagram.signals import elementary

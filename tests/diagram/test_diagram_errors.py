@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 import sympy as sp
-from delay_oracle import WORKING, figure1
+from oracles.delay import WORKING, figure1
 
 from vsctrl.diagram import Block, Diagram, Parabola, Ramp, Sine, Step, Sum
 from vsctrl.errors import InputError

@@ -5,7 +5,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from delay_oracle import WORKING, figure1
+from oracles.delay import WORKING, figure1
 
 from vsctrl.diagram import Block, Diagram, Sum
 from vsctrl.symbols import ell, ell_hat, k_ff, lam, s, tau

@@ -5,7 +5,7 @@ import math
 import mpmath as mp
 import numpy as np
 import pytest
-from delay_oracle import WORKING, figure1, figure1_poles
+from oracles.delay import WORKING, figure1, figure1_poles
 
 
 def loop(x, late=0.08):

@@ -5,7 +5,7 @@ import math
 import control
 import numpy as np
 import pytest
-from delay_oracle import WORKING, figure1, figure1_response
+from oracles.delay import WORKING, figure1, figure1_response
 
 from vsctrl.diagram import Parabola, Ramp, Sine, Step
 from vsctrl.diagram.time import collocation

@@ -7,7 +7,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from delay_oracle import Box, Network
+from oracles.delay import Box, Network
 from scipy import signal as scipy_signal
 
 from vsctrl.diagram import Block, Diagram, Parabola, Ramp, Sine, Step, Sum

@@ -3,6 +3,7 @@
 import itertools
 import math
 
+import effort
 import mpmath as mp
 import numpy as np
 import pytest
@@ -385,7 +386,7 @@ def test_signals_and_pasts_add_up():
     np.testing.assert_allclose(both, sum(parts), atol=ROUNDING * np.abs(both).max())
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=effort.share(25), deadline=None)
 @given(
     st.floats(-0.5, 3.0),
     st.floats(0.2, 2.0),

@@ -7,6 +7,7 @@ rectangle in plain doubles, so finely sampled that no step turns by half a turn.
 import math
 from itertools import pairwise
 
+import effort
 import mpmath as mp
 import numpy as np
 import pytest
@@ -232,7 +233,7 @@ GAIN = st.floats(-0.95, 0.95).map(lambda x: round(x, 2)).filter(lambda x: abs(x)
 LATE = st.sampled_from([0.25, 0.5, 0.75, 1.0, 1.3, 2.0])
 
 
-@settings(max_examples=25, deadline=None, derandomize=True)
+@settings(max_examples=effort.share(25), deadline=None, derandomize=True)
 @given(
     a=st.floats(-2, 2).map(lambda x: round(x, 2)),
     neutrals=st.lists(st.tuples(GAIN, LATE), min_size=1, max_size=2, unique_by=lambda t: t[1]),

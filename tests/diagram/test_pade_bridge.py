@@ -5,7 +5,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from delay_oracle import WORKING, figure1, figure1_response
+from oracles.delay import WORKING, figure1, figure1_response
 
 from vsctrl.diagram import Block, Diagram, Step, Sum
 from vsctrl.errors import InputError

@@ -12,7 +12,7 @@ import control
 import numpy as np
 import pytest
 import sympy as sp
-from delay_oracle import WORKING, figure1, figure1_response
+from oracles.delay import WORKING, figure1, figure1_response
 
 from vsctrl.diagram import Block, Diagram, Sum
 from vsctrl.errors import InputError

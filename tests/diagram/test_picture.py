@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ET
 from itertools import combinations, pairwise
 from pathlib import Path
 
+import effort
 import pytest
 import sympy as sp
 from hypothesis import given, settings
@@ -139,7 +140,7 @@ def diagrams(draw: st.DrawFn) -> Diagram:
     return Diagram(parts, outputs=(*more, *(end for end in ends if end not in more)))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=effort.share(60), deadline=None)
 @given(diagrams())
 def test_nothing_touches_in_any_diagram(diagram):
     check_geometry(diagram)

@@ -1,18 +1,19 @@
 """Random small loops: every face of a diagram against an oracle that knows only its wiring."""
 
+import effort
 import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from delay_oracle import Box, Network
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from oracles.delay import Box, Network
 
 from vsctrl.diagram import Ramp, Sine, Step
 from vsctrl.symbols import s
 
 FEW = settings(
-    max_examples=20,
+    max_examples=effort.share(20),
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],

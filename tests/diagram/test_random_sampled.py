@@ -7,6 +7,7 @@ No matrix exponential, no shift register and no z is in it.
 
 from dataclasses import replace
 
+import effort
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -15,7 +16,7 @@ from test_random_diagrams import networks
 from vsctrl.diagram.sampled.poles import poles as poles_of
 
 FEW = settings(
-    max_examples=20,
+    max_examples=effort.share(20),
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],

@@ -9,7 +9,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from delay_oracle import WORKING, figure1
+from oracles.delay import WORKING, figure1
 from scipy.signal import cont2discrete
 
 from vsctrl.diagram import Block, Diagram, Parabola, Ramp, Samples, Sine, Step, Sum

@@ -6,7 +6,7 @@ import control
 import numpy as np
 import pytest
 import sympy as sp
-from delay_oracle import WORKING, figure1
+from oracles.delay import WORKING, figure1
 
 from vsctrl.diagram import Block, Diagram, Sum
 from vsctrl.diagram.sampled import channel, cut

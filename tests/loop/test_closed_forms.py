@@ -8,7 +8,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from steps import DIGITS, error, extremes, pieces, squared
+from oracles.steps import DIGITS, error, extremes, pieces, squared
 
 import vsctrl as vs
 from vsctrl import loop

@@ -2,6 +2,7 @@
 
 import math
 
+import effort
 import numpy as np
 import pytest
 import sympy as sp
@@ -18,7 +19,7 @@ from vsctrl.symbols import kappa, lam, tau
 
 LATE = st.floats(0.005, 2.0)
 RATIO = st.floats(0.5, 2.0)
-PROPERTY = settings(max_examples=25, deadline=None, derandomize=True)
+PROPERTY = settings(max_examples=effort.share(25), deadline=None, derandomize=True)
 
 
 def closed(gain, late, ratio=1.0):

@@ -2,6 +2,7 @@
 
 import math
 
+import effort
 import mpmath as mp
 import numpy as np
 import pytest
@@ -76,7 +77,7 @@ def test_it_is_where_the_exact_engine_settles(signal, source):
     assert error / scale == pytest.approx(found, abs=1e-10 * (abs(y) / scale + 1))
 
 
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=effort.share(30), deadline=None, derandomize=True)
 @given(
     numbers=st.lists(st.integers(-9, 9), min_size=6, max_size=6),
     late=st.fractions(0, 2, max_denominator=8),

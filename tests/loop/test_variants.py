@@ -2,6 +2,7 @@
 
 import math
 
+import effort
 import numpy as np
 import pytest
 import sympy as sp
@@ -53,7 +54,7 @@ def test_the_parabola_error_where_the_ramp_error_is_null(name, placement):
     assert sp.simplify(found - PARABOLA_ERROR[name, placement]) == 0
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=effort.share(40), deadline=None, derandomize=True)
 @given(
     which=st.sampled_from(list(RAMP_ERROR)),
     x=st.floats(0.1, 0.9),

@@ -17,7 +17,7 @@ from vsctrl.report.plots.animation import animate, timing
 from vsctrl.report.plots.style import WITH
 from vsctrl.servo import Run, simulate
 from vsctrl.servo.results.outcome import notice, outcome
-from vsctrl.servo.results.run import Status
+from vsctrl.servo.results.status import Status
 
 STILL = {"V": (0.0, 0.0, 0.0), "offset": (0.05, -0.03, 0.1, 0.1, -0.1, 0.3)}
 

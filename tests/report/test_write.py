@@ -257,7 +257,7 @@ def test_a_disk_that_fills_up_leaves_both_files_or_neither(
 
 
 def test_a_disk_that_fills_up_while_writing_leaves_nothing(quick, tmp_path, monkeypatch):
-    real = os.fdopen
+    real = Path.open
 
     class Full:
         def __init__(self, file):
@@ -272,7 +272,7 @@ def test_a_disk_that_fills_up_while_writing_leaves_nothing(quick, tmp_path, monk
         def write(self, text):
             fail_with(errno.ENOSPC)()
 
-    monkeypatch.setattr(os, "fdopen", lambda *given, **named: Full(real(*given, **named)))
+    monkeypatch.setattr(Path, "open", lambda *given, **named: Full(real(*given, **named)))
     with pytest.raises(InputError, match=r"^out: .*cannot be written.*No space"):
         write_report(paper.sliding(), tmp_path / "new")
     assert contents(tmp_path) == {}

@@ -18,7 +18,7 @@ from vsctrl import paper
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario, simulate
 from vsctrl.servo.results.columns import COLUMNS
-from vsctrl.servo.results.run import Event, Status
+from vsctrl.servo.results.status import Event, Status
 
 HOSTILE = 'a "quoted" \\ name\twith ünïcode, a NUL\x00 and </script>'
 

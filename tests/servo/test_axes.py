@@ -2,22 +2,24 @@
 
 import math
 
+import effort
 import numpy as np
-import oracle
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracles.se3 import hat
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
 from vsctrl.errors import InputError
-from vsctrl.servo.robot.axes import Axes, Piece, along
+from vsctrl.servo.robot.axes import Axes, TwistSegment, along
 from vsctrl.servo.robot.capability import Capability
 from vsctrl.servo.robot.gantry import Gantry
 
 A = np.array([0.1, -0.2, 0.3, 0.4, -0.5, 0.6])
 B = np.array([-0.3, 0.1, 0.2, -0.6, 0.3, 0.5])
 WANTED = [(0.25, A), (0.03, B), (0.4, -A), (0.5, np.zeros(6)), (0.3, B)]
-LIMITS = {"acceleration": 0.9, "angular_acceleration": 4.0}
+LIMITS = {"twist_acceleration": 0.9, "angular_acceleration": 4.0}
 # Adaptive integration at rtol 1e-12 keeps about 1e-11 over a thousand steps.
 ODE = 2e-11
 
@@ -28,7 +30,7 @@ def integrated(wanted, capability):
     u' points from u to what is wanted, as fast as the limits allow, until it is there; T' = (u −
     T)/τ; pose' = pose hat(T).
     """
-    a, alpha = capability.accelerations
+    a, alpha = capability.twist_accelerations
     tau = capability.time_constant
 
     def missing(u, aim):
@@ -40,7 +42,7 @@ def integrated(wanted, capability):
     def field(y, du):
         T = y[6:12] if tau else y[:6]
         dT = (y[:6] - T) / tau if tau else du
-        return np.concatenate([du, dT, T, (y[18:].reshape(4, 4) @ oracle.hat(T)).ravel()])
+        return np.concatenate([du, dT, T, (y[18:].reshape(4, 4) @ hat(T)).ravel()])
 
     def solve(f, a, b, y, events=None):
         return solve_ivp(
@@ -76,7 +78,7 @@ CASES = [
     Capability(time_constant=0.003),
     Capability(time_constant=30.0),
     Capability(**LIMITS),
-    Capability(acceleration=0.9),
+    Capability(twist_acceleration=0.9),
     Capability(angular_acceleration=4.0),
     Capability(**LIMITS, time_constant=0.07),
 ]
@@ -123,7 +125,7 @@ def test_acceleration_keeps_both_limits_and_reaches_one_of_them():
     assert len(ramps) == len(WANTED)
     for piece in ramps:
         shares = (
-            np.linalg.norm(piece.slope[:3]) / LIMITS["acceleration"],
+            np.linalg.norm(piece.slope[:3]) / LIMITS["twist_acceleration"],
             np.linalg.norm(piece.slope[3:]) / LIMITS["angular_acceleration"],
         )
         assert max(shares) == pytest.approx(1, rel=1e-14)
@@ -174,9 +176,7 @@ def test_a_lag_far_below_the_period_is_a_shift_of_the_path_by_the_lag(tau):
     exact = 0.04 * A - tau * A  # ∫ of A (1 − e^{−t/τ})
     np.testing.assert_allclose(piece.integral(), exact, rtol=1e-14)
     # Along one screw the twists commute and the motion is the exponential of the integral.
-    np.testing.assert_allclose(
-        piece.motions(np.array([0.04]))[0], oracle.expm(oracle.hat(exact)), atol=1e-14
-    )
+    np.testing.assert_allclose(piece.motions(np.array([0.04]))[0], expm(hat(exact)), atol=1e-14)
 
 
 def test_brakes_let_the_axes_go_on_from_what_is_left():
@@ -190,9 +190,9 @@ def test_brakes_let_the_axes_go_on_from_what_is_left():
 def test_a_scaled_piece_has_the_share_of_the_twist_at_every_time():
     t = np.linspace(0, 0.2, 5)
     for piece in (
-        Piece.constant(0.2, A),
-        Piece(0.2, A, A, B),
-        Piece(0.2, A, B, -A, 0.1),
+        TwistSegment.constant(0.2, A),
+        TwistSegment(0.2, A, A, B),
+        TwistSegment(0.2, A, B, -A, 0.1),
     ):
         np.testing.assert_allclose(piece.scaled(0.3).twist(t), 0.3 * piece.twist(t), rtol=1e-13)
         assert piece.scaled(0.3).is_constant == piece.is_constant
@@ -202,7 +202,7 @@ number = st.floats(-1e3, 1e3)
 limit = st.one_of(st.none(), st.floats(1e-6, 1e4), st.just(math.inf))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=effort.share(300), deadline=None)
 @given(st.tuples(*[number] * 6), limit, limit)
 def test_saturation_keeps_the_direction_and_no_more_is_lost_than_the_limits_ask(T, speed, rate):
     T = np.array(T)
@@ -224,7 +224,7 @@ def test_saturation_keeps_the_direction_and_no_more_is_lost_than_the_limits_ask(
     [
         ({"speed": 0.0}, "speed: 0.0 is no limit; give a number of m/s above 0"),
         ({"rate": -1.0}, "rate: -1.0"),
-        ({"acceleration": math.nan}, "acceleration: nan"),
+        ({"twist_acceleration": math.nan}, "twist_acceleration: nan"),
         ({"angular_acceleration": 0.0}, "rad/s²"),
         ({"time_constant": -0.1}, "time_constant: -0.1 is no time"),
         ({"time_constant": math.inf}, "time_constant: inf"),

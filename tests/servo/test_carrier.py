@@ -3,21 +3,21 @@
 import math
 from itertools import pairwise
 
+import effort
 import numpy as np
-import oracle
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracles.se3 import hat
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from vsctrl.errors import InputError
 from vsctrl.servo.pose import exp_one, from_euler_xyz
-from vsctrl.servo.robot import carrier, joints
+from vsctrl.servo.robot import joints
 from vsctrl.servo.robot.carrier import Capability, Carrier
 from vsctrl.servo.robot.gantry import Gantry
-from vsctrl.servo.scenario import checks
-from vsctrl.servo.scenario.scenario import COMMENTS
+from vsctrl.servo.scenario import COMMENTS
 
 PERIOD = 0.04
 START = from_euler_xyz([0.1, -0.2, -0.8], [20.0, -35.0, 50.0])
@@ -35,7 +35,7 @@ def moved(commands=COMMANDS, start=START, period=PERIOD, **options):
 
 
 def step(T, h):
-    return expm(oracle.hat(T) * h)
+    return expm(hat(T) * h)
 
 
 # A camera that does as it is told ----------------------------------------------------------------
@@ -116,8 +116,12 @@ def test_a_dead_time_longer_than_the_run_leaves_the_camera_at_its_start():
     np.testing.assert_array_equal(camera.twists, np.zeros((20, 6)))
 
 
-def test_whole_means_the_same_as_in_a_scenario():
-    assert carrier.WHOLE == checks.WHOLE
+def test_a_dead_time_typed_with_seven_digits_is_whole_frames_and_one_with_five_is_not():
+    frames, typed = moved(delay=2 * PERIOD), moved(delay=2 * PERIOD * (1 + 1e-7))
+    np.testing.assert_array_equal(typed.twists, frames.twists)
+    late = moved(delay=2 * PERIOD * (1 + 1e-5)).twists[3:]
+    expected = (1 - 2e-5) * frames.twists[3:] + 2e-5 * frames.twists[2:-1]
+    np.testing.assert_allclose(late, expected, atol=1e-12)
 
 
 # Hand-eye ----------------------------------------------------------------------------------------
@@ -140,14 +144,14 @@ def test_limits_are_those_of_the_true_camera():
 
 
 # Axes --------------------------------------------------------------------------------------------
-LIMITS = {"acceleration": 0.9, "angular_acceleration": 4.0}
+LIMITS = {"twist_acceleration": 0.9, "angular_acceleration": 4.0}
 CASES = [
     ({}, 0.25),
     ({"time_constant": 0.03}, 0.0),
     ({"time_constant": 0.03}, 1.7),
     (LIMITS, 0.0),
     ({**LIMITS, "time_constant": 0.05}, 0.6),
-    ({"acceleration": 20.0, "speed": 0.15, "rate": 0.2, "time_constant": 0.002}, 2.4),
+    ({"twist_acceleration": 20.0, "speed": 0.15, "rate": 0.2, "time_constant": 0.002}, 2.4),
 ]
 
 
@@ -157,7 +161,7 @@ def integrated(options, delay, times, frames=8):
     The state is the set value u, the twist T, its integral and the pose, as in the text.
     """
     tau, speed, rate = (options.get(key) for key in ("time_constant", "speed", "rate"))
-    a, alpha = options.get("acceleration"), options.get("angular_acceleration")
+    a, alpha = options.get("twist_acceleration"), options.get("angular_acceleration")
 
     def wanted(t):
         k = math.floor((t - delay * PERIOD) / PERIOD)
@@ -172,7 +176,7 @@ def integrated(options, delay, times, frames=8):
     def field(y, du):
         T = y[6:12] if tau else y[:6]
         dT = (y[:6] - T) / tau if tau else np.zeros(6)
-        return np.concatenate([du, dT, T, (y[18:].reshape(4, 4) @ oracle.hat(T)).ravel()])
+        return np.concatenate([du, dT, T, (y[18:].reshape(4, 4) @ hat(T)).ravel()])
 
     def go(y, du, t0, t1, events=None):
         """Integrate and note the poses asked for; the events end it."""
@@ -253,7 +257,7 @@ def test_the_path_is_continuous_and_passes_through_the_frames(options, delay):
 def test_frames_that_acceleration_leaves_short_are_held_back(tau):
     # 0.1 m/s at 0.6 m/s² take 1/6 s: four frames of 40 ms and a sixth of the fifth.
     T = np.array([0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
-    capability = Capability(acceleration=0.6, time_constant=tau)
+    capability = Capability(twist_acceleration=0.6, time_constant=tau)
     camera = Carrier(START, PERIOD, 8, capability=capability)
     held = []
     for _ in range(8):
@@ -266,7 +270,7 @@ def test_frames_that_acceleration_leaves_short_are_held_back(tau):
 def test_what_is_felt_on_a_circle_at_constant_twist_is_no_acceleration_of_the_axes():
     # 0.05 m/s and 1 rad/s: |Ω × V| = 0.05 m/s², five times the limit of |V'|.
     T = np.array([0.05, 0, 0, 0, 1.0, 0])
-    camera = moved([T] * 200, capability=Capability(acceleration=0.01))
+    camera = moved([T] * 200, capability=Capability(twist_acceleration=0.01))
     assert not camera.saturated[-60:].any()
     np.testing.assert_array_equal(camera.twists[-60:], np.tile(T, (60, 1)))
     h, t = 0.01, 190 * PERIOD
@@ -276,7 +280,7 @@ def test_what_is_felt_on_a_circle_at_constant_twist_is_no_acceleration_of_the_ax
     assert "components in the camera frame" in COMMENTS["robot.acceleration_limit"]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=effort.share(100), deadline=None)
 @given(
     st.lists(st.tuples(*[st.floats(-5, 5)] * 6), min_size=1, max_size=6),
     st.floats(0.01, 2),
@@ -475,7 +479,7 @@ AWAY = [
     ({}, PERIOD, {"speeds": np.full(6, np.inf)}),
     (LIMITS, PERIOD, {}),
     ({"time_constant": 0.3}, PERIOD, {}),
-    ({"acceleration": 0.05, "angular_acceleration": 0.2, "time_constant": 0.1}, 0.1, {}),
+    ({"twist_acceleration": 0.05, "angular_acceleration": 0.2, "time_constant": 0.1}, 0.1, {}),
 ]
 
 
@@ -557,7 +561,7 @@ def test_a_joint_that_would_leave_and_come_back_within_a_frame_is_held_too():
 def test_the_damper_slows_the_axes_down_in_time_and_leaves_the_brakes_little_to_do():
     robot = gantry()
     along_x = robot.jacobian(HOME)[:, 0] * 0.2
-    capability = Capability(gantry=robot, joints0=HOME, avoidance=True, acceleration=1.0)
+    capability = Capability(gantry=robot, joints0=HOME, avoidance=True, twist_acceleration=1.0)
     camera = moved([along_x] * 120, capability=capability)
     x = [
         [(robot.bTo @ camera.at(k * PERIOD + t))[0, 3] for t in (-1e-6, 0, 1e-6)]

@@ -4,14 +4,14 @@ import math
 from itertools import pairwise
 
 import numpy as np
-import oracle
 import pytest
+from oracles.se3 import hat
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from vsctrl.errors import InputError
 from vsctrl.servo import Blend, ConstantScrew, Linked, Oscillation, Path, hold, rotation
-from vsctrl.servo.motion.linked import magnus
+from vsctrl.servo.magnus import magnus
 
 START = np.eye(4)
 START[:3, 3] = 0.1, 0.2, -0.8
@@ -37,7 +37,7 @@ def integrated(motion, t):
     y = motion.pose(0.0).ravel()
     for a, b in zip(corners, [*corners[1:], t], strict=True):
         solution = solve_ivp(
-            lambda s, y: (y.reshape(4, 4) @ oracle.hat(motion.twist(s))).ravel(),
+            lambda s, y: (y.reshape(4, 4) @ hat(motion.twist(s))).ravel(),
             (a, math.nextafter(b, 0.0)),
             y,
             method="DOP853",
@@ -58,7 +58,7 @@ def test_the_pose_of_a_blend_is_the_integral_of_its_twist(profile, scale):
 
 def test_a_blend_of_parallel_twists_is_the_exponential_of_their_integral():
     blend = Blend(START, A, 3 * A, 2.0, "smooth")
-    np.testing.assert_allclose(blend.pose(2.0), START @ expm(oracle.hat(4 * A)), atol=1e-14)
+    np.testing.assert_allclose(blend.pose(2.0), START @ expm(hat(4 * A)), atol=1e-14)
 
 
 def test_a_magnus_step_is_of_order_six():
@@ -67,11 +67,11 @@ def test_a_magnus_step_is_of_order_six():
 
     def error(n):
         knots = np.linspace(0.0, 1.0, n + 1)
-        steps = [expm(oracle.hat(T)) for T in magnus(twist, knots[:-1], knots[1:])]
+        steps = [expm(hat(T)) for T in magnus(twist, knots[:-1], knots[1:])]
         return np.abs(np.linalg.multi_dot([*steps, np.eye(4)]) - exact).max()
 
     solution = solve_ivp(
-        lambda t, y: (y.reshape(4, 4) @ oracle.hat(twist(np.array(t)))).ravel(),
+        lambda t, y: (y.reshape(4, 4) @ hat(twist(np.array(t)))).ravel(),
         (0, 1),
         np.eye(4).ravel(),
         method="DOP853",
@@ -129,7 +129,7 @@ def test_linking_without_blends_reports_the_jumps_it_makes():
     assert motion.duration == 4.0
     expected = START
     for part, T in zip(PARTS, TWISTS[1:], strict=False):
-        expected = expected @ expm(oracle.hat(part.duration * T))
+        expected = expected @ expm(hat(part.duration * T))
     np.testing.assert_allclose(motion.pose(4.0), expected, atol=1e-14)
 
 
@@ -138,7 +138,7 @@ def test_equal_twists_need_no_blend_and_make_no_jump():
     for blend in ("none", "linear", "smooth"):
         motion = Linked(START, halves, blend)
         assert (motion.duration, motion.jumps) == (3.0, ())
-        np.testing.assert_allclose(motion.pose(3.0), START @ expm(oracle.hat(3 * A)), atol=1e-14)
+        np.testing.assert_allclose(motion.pose(3.0), START @ expm(hat(3 * A)), atol=1e-14)
 
 
 def test_the_tiniest_change_of_twist_is_blended_too():

@@ -4,7 +4,7 @@ import json
 import math
 import re
 
-import jsonschema
+import effort
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -233,6 +233,8 @@ def test_fields_of_a_motion_vary_by_name_and_another_kind_starts_afresh():
 
 
 def test_the_schema_accepts_what_a_scenario_accepts():
+    import jsonschema  # seconds, for the grammar of addresses
+
     validator = jsonschema.Draft202012Validator(json.loads(schema()))
     validator.check_schema(validator.schema)
     for motion in MOTIONS.values():
@@ -302,7 +304,7 @@ links = st.one_of(
 REFUSED = re.compile("the camera turns by|is rounding; set it to 0")
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=effort.share(120), deadline=None)
 @given(st.one_of(elementary, paths("object", 2.0), links))
 def test_any_motion_round_trips_exactly_and_its_twist_is_its_pose_s(motion):
     try:
@@ -329,7 +331,7 @@ LINKED = scenario(MOTIONS["linked"]).to_toml()
 START_OF_MOTION = LINKED.index("[motion]")
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=effort.share(150), deadline=None)
 @given(st.integers(START_OF_MOTION, LINKED.index("[law]")), st.integers(0, 12), st.text(max_size=3))
 def test_a_mistyped_motion_is_a_scenario_or_a_sentence(start, length, inserted):
     text = LINKED[:start] + inserted + LINKED[start + length :]

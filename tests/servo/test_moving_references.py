@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-import oracle
 import pytest
+from oracles import simulator
+from oracles.se3 import hat
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
@@ -170,23 +171,23 @@ MOTIONS = {
 
 def reference(kind, scenario):
     """Time → pose and twist, by SciPy alone."""
-    motion, start = scenario.motion, oracle.start_pose(scenario)
+    motion, start = scenario.motion, simulator.start_pose(scenario)
     if kind == "rotation":
         r = np.array(motion.axis) / np.linalg.norm(motion.axis)
         T = motion.speed * np.array([*-np.cross(r, motion.arm), *r])
-        return lambda t: (start @ expm(oracle.hat(T) * t), T)
+        return lambda t: (start @ expm(hat(T) * t), T)
     if kind == "oscillation":
         D = np.array(motion.direction) / math.hypot(*motion.direction[:3])
         w, a = 2 * math.pi / motion.cycle, motion.amplitude
         return lambda t: (
-            start @ expm(oracle.hat(D) * a * math.sin(w * t)),
+            start @ expm(hat(D) * a * math.sin(w * t)),
             D * a * w * math.cos(w * t),
         )
     twist = linked_twist(motion)
 
     def pose(t):
         solution = solve_ivp(
-            lambda s, y: (y.reshape(4, 4) @ oracle.hat(twist(s))).ravel(),
+            lambda s, y: (y.reshape(4, 4) @ hat(twist(s))).ravel(),
             (0, t), start.ravel(), method="DOP853", rtol=1e-12, atol=1e-13, max_step=0.01,
         )  # fmt: skip
         return solution.y[:, -1].reshape(4, 4)
@@ -222,7 +223,7 @@ def test_every_frame_along_a_moving_reference_is_that_of_the_plain_simulation(ki
     ).model_dump()  # fmt: skip
     scenario = type(paper.sliding())(**{**data, "motion": MOTIONS[kind]})
     run = simulate(scenario)
-    pose, lag, error, measured_error, twist = oracle.run(scenario, reference(kind, scenario))
+    pose, lag, error, measured_error, _, twist = simulator.run(scenario, reference(kind, scenario))
     assert run.status.ok and len(run.t) == len(pose) > 15
     # Rounding, and 1e-12 of the oracle's integration, times conditions near 30 and 200 px.
     np.testing.assert_allclose(run.pose, pose, atol=1e-10)

@@ -4,6 +4,7 @@
 which cost as much again, are asked of every fourth.
 """
 
+import effort
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -88,7 +89,7 @@ def repeat(run, text):
         np.testing.assert_array_equal(getattr(again, name), getattr(run, name))
 
 
-@pytest.mark.parametrize("chunk", range(CHUNKS))
+@pytest.mark.parametrize("chunk", range(effort.share(CHUNKS, 6)))
 def test_whatever_can_be_described_gives_finite_numbers_and_sentences(chunk):
     valid = 0
     for number in range(EACH):
@@ -101,7 +102,7 @@ def test_whatever_can_be_described_gives_finite_numbers_and_sentences(chunk):
     assert valid > EACH / 3
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=effort.share(60), deadline=None)
 @given(st.integers(0, 2**63))
 def test_no_seed_of_the_generator_finds_another_end(seed):
     examine(description(Wild(seed)))

@@ -5,18 +5,13 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from oracles.se3 import hat
 from scipy.linalg import expm, logm
 from scipy.spatial.transform import Rotation
 
 from vsctrl.servo import pose
 
 RNG = np.random.default_rng(7)
-
-
-def hat(T):
-    """The 4×4 generator of a twist (v, ω)."""
-    vx, vy, vz, x, y, z = T
-    return np.array([[0, -z, y, vx], [z, 0, -x, vy], [-y, x, 0, vz], [0, 0, 0, 0]])
 
 
 def twist(angle):

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import expm, logm
+from oracles.se3 import hat, log
+from scipy.linalg import expm
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
@@ -13,16 +14,6 @@ from vsctrl.servo.estimation.pose_from_image import pose_from_image
 FX, FY = 700.0, 650.0
 LEDS = np.array([[-0.125, -0.075, 0], [0.125, -0.075, 0], [0.125, 0.075, 0], [-0.125, 0.075, 0]])
 SOLID = np.vstack([LEDS, [[0.02, 0.05, 0.1], [-0.06, 0.03, -0.08]]])
-
-
-def hat(T):
-    vx, vy, vz, x, y, z = T
-    return np.array([[0, -z, y, vx], [z, 0, -x, vy], [-y, x, 0, vz], [0, 0, 0, 0]])
-
-
-def vee(g):
-    xi = np.real(logm(g))
-    return np.array([*xi[:3, 3], xi[2, 1], xi[0, 2], xi[1, 0]])
 
 
 def image_of(oTc, points):
@@ -103,7 +94,7 @@ def test_noise_spreads_the_pose_as_the_inverse_information_says():
         noisy = exact + rng.normal(0, sigma, len(exact))
         fit = pose_from_image(noisy, SOLID, FX, FY, true)
         assert fit.ok
-        error = vee(np.linalg.inv(true) @ fit.oTc)
+        error = log(np.linalg.inv(true) @ fit.oTc)
         errors.append(error)
         distances.append(error @ information @ error)
         squares.append(len(exact) * fit.residual_px**2 / sigma**2)

@@ -1,10 +1,10 @@
 """What is late, noisy, wrong or limited, against the plain loop of ``oracle_reality``."""
 
 import numpy as np
-import oracle_reality
 import pytest
-from oracle import hat, start_pose
-from oracle_reality import carried
+from oracles import simulator
+from oracles.se3 import carried, hat
+from oracles.simulator import start_pose
 from scipy.linalg import expm
 
 from vsctrl import paper
@@ -35,7 +35,7 @@ def agree(motion=None, rounding=1.0, **changes):
     scenario = paper.sliding().with_(**(CROOKED | changes))
     run = simulate(scenario)
     assert run.status.ok, run.status.sentence
-    expected = oracle_reality.run(scenario, motion)
+    expected = simulator.run(scenario, motion)
     scale = {"pose": 1e-11, "lag": 1e-11, "twist": 1e-10, "command": 1e-10}
     for name, column in zip(NAMES, expected, strict=True):
         np.testing.assert_allclose(
@@ -188,7 +188,7 @@ def test_what_the_law_may_add(law):
     scenario = paper.sliding().with_(**changes, **oscillation, **law)
     run = simulate(scenario)
     assert run.status.ok
-    for name, column in zip(NAMES, oracle_reality.run(scenario, motion), strict=True):
+    for name, column in zip(NAMES, simulator.run(scenario, motion), strict=True):
         atol = 1e-8 if name in ("error", "measured_error") else 1e-10
         np.testing.assert_allclose(getattr(run, name), column, atol=atol, err_msg=name)
     without = {"preview": 0.0, "preview_ff": 0.0, "smooth": None, "T_i": None, "depth": "true"}

@@ -2,6 +2,7 @@
 
 import math
 
+import effort
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -113,7 +114,7 @@ angle = st.floats(-3.1, 3.1)
 slide = st.floats(-1.0, 1.0)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=effort.share(200), deadline=None)
 @given(st.tuples(slide, slide, slide, angle, angle, angle))
 def test_inverse_kinematics_near_the_joints_gives_the_pose_and_nearby_joints(q):
     q = np.array(q)

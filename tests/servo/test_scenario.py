@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import effort
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -293,7 +294,7 @@ def test_tables_speak_in_sentences_too():
 finite = st.floats(-1e3, 1e3, allow_nan=False)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=effort.share(60), deadline=None)
 @given(
     name=st.text(st.characters(codec="utf-8")),
     description=st.text(st.sampled_from("\"\\\n\r\t\b\f\0\x7f'#é€𝔸")),
@@ -316,7 +317,7 @@ def test_toml_gives_back_exactly_the_same_scenario(**changes):
     assert again.to_toml() == varied.to_toml()
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=effort.share(150), deadline=None)
 @given(st.integers(0, len(TOML) - 1), st.integers(0, 12), st.text(max_size=3))
 def test_a_mistyped_file_is_a_scenario_or_a_sentence(start, length, inserted):
     text = TOML[:start] + inserted + TOML[start + length :]

@@ -3,11 +3,12 @@
 import math
 import pickle
 
+import effort
 import numpy as np
-import oracle
 import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
+from oracles import simulator
 
 from vsctrl import paper
 from vsctrl.errors import InputError
@@ -48,7 +49,7 @@ def test_every_frame_is_that_of_the_plain_simulation(placement, interaction):
         seed=3,
     )
     run = simulate(scenario)
-    pose, lag, error, measured_error, twist = oracle.run(scenario)
+    pose, lag, error, measured_error, _, twist = simulator.run(scenario)
     assert run.status.ok, run.status.sentence
     assert len(run.t) == len(pose) == 21
     # Rounding of 21 frames, at a condition number of L near 30 and image coordinates near 200 px.
@@ -330,7 +331,7 @@ def scenarios(draw) -> Scenario:
         reject()
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=effort.share(100), deadline=None)
 @given(scenarios())
 def test_any_valid_scenario_gives_finite_numbers_and_a_sentence(scenario):
     run = simulate(scenario)

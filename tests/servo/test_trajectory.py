@@ -4,8 +4,8 @@ import math
 import pickle
 
 import numpy as np
-import oracle
 import pytest
+from oracles.se3 import hat
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
@@ -34,7 +34,7 @@ TIMES = [0.0, 0.7, 1.1, 2.2, 2.6, 4.0]
 def wander(t):
     """A smooth motion without symmetry, by SciPy."""
     wave = np.array([0.1 * np.sin(t), 0.1 * np.cos(2 * t), 0.1 * t, 0.2 * np.sin(1.3 * t), 0.1, 0])
-    return START @ expm(oracle.hat(wave)) @ expm(oracle.hat(0.3 * t * B))
+    return START @ expm(hat(wave)) @ expm(hat(0.3 * t * B))
 
 
 POSES = np.array([wander(t) for t in TIMES])
@@ -84,7 +84,7 @@ def slope(f, t):
 def test_the_pose_moves_by_the_twist_and_the_twist_by_the_acceleration(motion):
     t = smooth_times(motion)
     assert len(t) > 100
-    hats = np.array([oracle.hat(T) for T in motion.twist(t)])
+    hats = np.array([hat(T) for T in motion.twist(t)])
     np.testing.assert_allclose(slope(motion.pose, t), motion.pose(t) @ hats, atol=1e-9)
     np.testing.assert_allclose(slope(motion.twist, t), motion.acceleration(t), atol=2e-9)
 
@@ -233,7 +233,7 @@ REFUSALS = [
     (lambda: Path.through([0, 1], POSES[:2], "stop"), "ends: 'stop' is no choice"),
     (lambda: Path([0, 1], POSES[:2], np.zeros((3, 6))), r"twists: .* of shape \(2, 6\)"),
     (
-        lambda: Path.through([0, 1], [START, START @ expm(oracle.hat([0, 0, 0, 0, 0, 3.0]))]),
+        lambda: Path.through([0, 1], [START, START @ expm(hat([0, 0, 0, 0, 0, 3.0]))]),
         "from t = 0 s to 1 s the camera turns by 172°, and which way round is a guess",
     ),
 ]

@@ -9,7 +9,7 @@ from vsctrl.errors import InputError
 from vsctrl.servo import simulate
 from vsctrl.study import validate
 from vsctrl.study.tracking import comparison
-from vsctrl.study.tracking.comparison import millimetres
+from vsctrl.study.tracking.steady_lag import millimetres
 
 SPEED, PERIOD = 0.04, 0.04
 
@@ -203,7 +203,7 @@ def test_millimetres(metres, shown):
 
 def test_agreement_is_one_percent_or_ten_micrometres():
     def row(*values):
-        return comparison.Row("case", True, 0.08, "measurement", None, *values)
+        return comparison.SteadyLag("case", True, 0.08, "measurement", None, *values)
 
     assert row(-0.016, -0.016, -0.016, -0.01615).agrees is True
     assert row(-0.016, -0.016, -0.016, -0.01617).agrees is False

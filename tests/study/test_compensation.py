@@ -13,7 +13,7 @@ from vsctrl import paper, study
 from vsctrl.errors import InputError
 from vsctrl.report import plots
 from vsctrl.servo import timing
-from vsctrl.servo.control.gain_schedule import Shaping
+from vsctrl.servo.control.gain_schedule import GainSchedule
 from vsctrl.servo.control.prediction import Smith
 
 PERIOD, TAU, LAM, SPEED = 0.04, 0.08, 2.5, 0.04
@@ -57,6 +57,20 @@ def test_every_remedy_leaves_the_error_that_its_steady_twists_ask_for(found, rho
     for wrong in (PERIOD, -PERIOD):  # planned for τ̂, so early by too little or too much
         assert found.of("preview", wrong).error.simulated == pytest.approx(-SPEED * wrong, abs=1e-9)
     assert found.agrees and found.errors.agrees and found.seen.agrees
+
+
+def test_three_periods_of_seven_digits_are_three_frames_to_every_remedy():
+    """0.1 s are 3.0000003 of them, which moves a steady error by 10⁻⁷ of vτ at most."""
+    period = 0.03333333
+    found = study.compare_remedies(paper.sliding(latency=0.1).with_(period=period), limits=False)
+    assert found.agrees
+    for way in ("predicted", "exact", "simulated"):
+        error = getattr(found.of("none").error, way)
+        assert error == pytest.approx(SPEED * 0.1, abs=2e-7 * SPEED * 0.1)
+    # z⁴ − z³ + λTₛ and, with the predictor, z − 1 + λTₛ.
+    limit = 2 * math.sin(math.pi / 14) / period
+    assert found.of("none").limit.exact == pytest.approx(limit, rel=1e-9)
+    assert found.of("Smith").limit.exact == pytest.approx(2 / period, rel=1e-9)
 
 
 def test_an_integral_satisfies_the_law_and_not_the_user_unless_aligned(found):
@@ -169,22 +183,22 @@ def wrong_rows(monkeypatch, target, name, made):
 
 
 def test_a_predictor_that_forgets_a_twist_is_noticed(monkeypatch):
-    told = Smith.told
+    told = Smith.commanded
 
     def forgetful(self, T):
         told(self, 0.9 * T)
 
-    assert wrong_rows(monkeypatch, Smith, "told", forgetful) == {"Smith"}
+    assert wrong_rows(monkeypatch, Smith, "commanded", forgetful) == {"Smith"}
 
 
 def test_an_integral_that_leaks_is_noticed(monkeypatch):
-    summed = Shaping.summed
+    summed = GainSchedule.integral
 
     def leaking(self, asked, held):
         self._sum = 0.99 * self._sum
         return summed(self, asked + 1e-6, held)
 
-    assert wrong_rows(monkeypatch, Shaping, "summed", leaking) == {"PI"}
+    assert wrong_rows(monkeypatch, GainSchedule, "integral", leaking) == {"PI"}
 
 
 def test_a_delay_one_frame_off_is_noticed(monkeypatch):

@@ -15,7 +15,7 @@ from vsctrl import paper, servo
 from vsctrl.errors import InputError
 from vsctrl.study import validate
 from vsctrl.study.tracking import cases
-from vsctrl.study.tracking.comparison import polar
+from vsctrl.study.tracking.sine_error import polar
 from vsctrl.study.tracking.triangle import legs, triangle
 
 LAM, TS, V, A, CYCLE = 5.0, 0.04, 0.04, 0.15, 15.0

@@ -249,7 +249,7 @@ def test_a_summary_where_nothing_limits_has_null_and_no_infinity():
     found = summarise(2.5, 0.0)
     assert (found.limit_continuous, found.fastest_continuous, found.gain_margin) == (None,) * 3
     assert found.limit_sampled is None and found.stable_as_sampled is None
-    text = found.json()
+    text = json.dumps(found.data())
     assert "Infinity" not in text and "NaN" not in text
     assert json.loads(text)["phase_margin_rad"] == pytest.approx(math.pi / 2)
     assert "∞" in str(found) and "inf" not in str(found)

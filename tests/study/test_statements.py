@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from another_simulator import (
+from oracles.experiments import (
     LAM,
     ROTATION_START,
     ROTATION_TWIST,
@@ -31,7 +31,7 @@ from scipy.linalg import logm
 from vsctrl import paper, study
 from vsctrl.study.statements import Bench, about
 from vsctrl.study.statements.runs import last_outside, random_start, sideways
-from vsctrl.study.statements.statement import Case, Statement, Statements, shown
+from vsctrl.study.statements.statement import Statement, Statements, Trial, shown
 
 
 @pytest.fixture(scope="module")
@@ -305,7 +305,7 @@ def test_statements_are_about_the_paper_s_experiments_only(found):
     ],
 )
 def test_a_verdict_follows_from_its_cases(holds, verdict):
-    cases = tuple(Case(f"case {i}", float(i), each) for i, each in enumerate(holds))
+    cases = tuple(Trial(f"case {i}", float(i), each) for i, each in enumerate(holds))
     row = Statement(
         where="§4, figures 10 and 11",
         says="<b>",

@@ -6,6 +6,7 @@ import pytest
 
 import vsctrl as vs
 from vsctrl.servo.control.law import Law
+from vsctrl.study.experiments import matrix_law
 
 validation = importlib.import_module("vsctrl.study.experiments.validation")
 TWIST = Law.twist
@@ -18,7 +19,7 @@ def small(monkeypatch):
     monkeypatch.setattr(validation, "stability_edge", lambda s: real(s, (1,), ()))
     waves = validation.sine_response
     monkeypatch.setattr(validation, "sine_response", lambda s: waves(s, [2.0]))
-    monkeypatch.setattr(vs.study.matrix, "MOTIONS", {"slide along x": (1.0, 0, 0, 0, 0, 0)})
+    monkeypatch.setattr(matrix_law, "MOTIONS", {"slide along x": (1.0, 0, 0, 0, 0, 0)})
 
 
 def test_everything_agrees_for_the_slide_of_the_paper(small):

@@ -14,6 +14,7 @@ from vsctrl.errors import InputError
 from vsctrl.report import plots
 from vsctrl.servo import timing
 from vsctrl.servo.control.law import Law
+from vsctrl.study.experiments import matrix_law
 
 simulator = importlib.import_module("vsctrl.servo.simulate")  # the module, not the function
 TWIST, DELAYS = Law.twist, timing.delays
@@ -48,6 +49,18 @@ def scalar_loop(w: float, k_ff: float, placement: str, kappa: float = 1.0) -> co
 @pytest.fixture(scope="module")
 def matrix():
     return study.matrix_law(paper.sliding())
+
+
+TURN = {"turn about y": (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)}
+
+
+@pytest.fixture(scope="module")
+def of_the_slide():
+    """A sine and the matrix law of a turn, for the scenario as the paper has it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study.matrix, "MOTIONS", TURN)
+        slide = paper.sliding()
+        return study.sine_response(slide, [2.0]).rows, study.matrix_law(slide).rows
 
 
 @pytest.fixture(scope="module")
@@ -168,15 +181,15 @@ def agreeing(monkeypatch, patch):
     with monkeypatch.context() as m:
         patch(m)
         scenario = paper.sliding()
-        m.setattr(study.matrix, "MOTIONS", {"turn about y": (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)})
+        m.setattr(matrix_law, "MOTIONS", TURN)
         waves = [(row.feedforward, row.agrees) for row in study.sine_response(scenario, [2.0]).rows]
         lags = [("with k_ff" in r.case, r.agrees) for r in study.matrix_law(scenario).rows[:6]]
     return waves, lags
 
 
-def test_without_a_mistake_all_agree(monkeypatch):
-    waves, lags = agreeing(monkeypatch, lambda m: None)
-    assert all(fine for _, fine in waves + lags) and len(lags) == 6
+def test_without_a_mistake_all_agree(of_the_slide):
+    waves, lags = of_the_slide
+    assert all(row.agrees for row in (*waves, *lags)) and len(lags) == 10
 
 
 def test_a_wrong_sign_of_the_feedforward_is_noticed_where_there_is_one(monkeypatch):
@@ -217,11 +230,11 @@ def test_a_delay_one_frame_off_is_noticed_in_the_waves_and_lags(monkeypatch, fra
     ],
     ids=lambda motion: motion["kind"],
 )
-def test_the_scenario_s_own_motion_does_not_matter(motion, monkeypatch):
-    monkeypatch.setattr(study.matrix, "MOTIONS", {"turn about y": (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)})
+def test_the_scenario_s_own_motion_does_not_matter(motion, monkeypatch, of_the_slide):
+    monkeypatch.setattr(matrix_law, "MOTIONS", TURN)
     scenario = paper.sliding().with_(**motion)
-    plain = study.sine_response(paper.sliding(), [2.0])
-    found = study.sine_response(scenario, [2.0])
-    assert [row.simulated for row in found.rows] == [row.simulated for row in plain.rows]
-    assert study.matrix_law(scenario).rows == study.matrix_law(paper.sliding()).rows
+    waves, lags = of_the_slide
+    found = study.sine_response(scenario, [2.0]).rows
+    assert [row.simulated for row in found] == [row.simulated for row in waves]
+    assert study.matrix_law(scenario).rows == lags
     assert study.decay_modes(scenario, (2.5,)).agrees

@@ -10,7 +10,7 @@ from typing import Any
 
 from sympy import Dummy, Expr, ImmutableMatrix, S, Symbol
 
-from vsctrl.derive.inputs import decimals, scalar
+from vsctrl.derive.inputs import decimals, scalar, symbols_in
 from vsctrl.derive.kinematics.interaction import point_velocity
 from vsctrl.errors import InputError
 from vsctrl.symbols import F_x, F_y, X, Y, x, y, z
@@ -34,10 +34,10 @@ class Camera:
 
     def __post_init__(self) -> None:
         for field, size in (("focal", 2), ("centre", 2), ("distortion", None)):
-            given = getattr(self, field)
-            if not isinstance(given, tuple | list) or (size and len(given) != size):
-                raise InputError(f"Camera: {field} = {given!r} must be a pair of numbers.")
-            entries = (scalar(f"Camera: {field}[{i}]", e) for i, e in enumerate(given))
+            numbers = getattr(self, field)
+            if not isinstance(numbers, tuple | list) or (size and len(numbers) != size):
+                raise InputError(f"Camera: {field} = {numbers!r} must be a pair of numbers.")
+            entries = (scalar(f"Camera: {field}[{i}]", e) for i, e in enumerate(numbers))
             object.__setattr__(self, field, tuple(map(decimals, entries)))
         object.__setattr__(self, "skew", decimals(scalar("Camera: skew", self.skew)))
         if any(length.is_zero for length in self.focal):
@@ -46,9 +46,7 @@ class Camera:
     @cached_property
     def parameters(self) -> tuple[Symbol, ...]:
         """The symbols among its numbers, in the order focal, centre, skew, distortion."""
-        numbers = (*self.focal, *self.centre, self.skew, *self.distortion)
-        found = [a for n in numbers for a in sorted(n.free_symbols, key=str)]
-        return tuple(dict.fromkeys(found))
+        return symbols_in((*self.focal, *self.centre, self.skew, *self.distortion))
 
     def image(self, x_n: Expr, y_n: Expr) -> tuple[Expr, Expr]:
         """(X, Y) as reported, of the normalised image point."""
@@ -66,7 +64,7 @@ class Camera:
         return (u - u_0 - self.skew * y_n) / f_x, y_n
 
     def require_straight(self) -> None:
-        """Raise a sentence where the lens bends straight lines."""
+        """Refuse a lens that bends straight lines. Errors: `InputError`."""
         if any(not k.is_zero for k in self.distortion):
             raise InputError(
                 "This feature needs a camera that maps lines to lines; undistort the image first, "

@@ -13,26 +13,7 @@ from vsctrl.derive.camera import PIXELS
 from vsctrl.derive.emit import emit
 from vsctrl.derive.emit.mathematics import as_text
 from vsctrl.derive.emit.meanings import COLUMNS, meaning
-from vsctrl.derive.features.curves import Ellipse, Line
-from vsctrl.derive.features.moments import (
-    Area,
-    CentredMoment,
-    GravityCentre,
-    Moment,
-    NormalisedMoments,
-    Orientation,
-)
-from vsctrl.derive.features.points import (
-    Depth,
-    LogDepth,
-    Point,
-    Point3D,
-    PolarPoint,
-    Segment,
-    Sphere,
-    VanishingPoint,
-)
-from vsctrl.derive.features.poses import ThetaU, Translation
+from vsctrl.derive.features import curves, moments, points, poses
 from vsctrl.derive.kinematics.interaction import VisualFeature, interaction_matrix
 from vsctrl.errors import InputError, nearest
 
@@ -47,53 +28,61 @@ def _of(
 
     made.__doc__ = summary
     signature = inspect.signature(make)
-    left = [p for name, p in signature.parameters.items() if name not in fixed]
-    made.__signature__ = signature.replace(parameters=left)  # type: ignore[attr-defined]
+    free = [p for name, p in signature.parameters.items() if name not in fixed]
+    made.__signature__ = signature.replace(parameters=free)  # type: ignore[attr-defined]
     return made
 
 
 #: Name → what makes the feature; those with a parameter ``camera`` may be had in pixels.
 FEATURES: Mapping[str, Callable[..., VisualFeature]] = MappingProxyType(
     {
-        "point": Point,
-        "polar-point": PolarPoint,
-        "point-3d": Point3D,
-        "depth": Depth,
-        "log-depth": LogDepth,
-        "segment": Segment,
+        "point": points.Point,
+        "polar-point": points.PolarPoint,
+        "point-3d": points.Point3D,
+        "depth": points.Depth,
+        "log-depth": points.LogDepth,
+        "segment": points.Segment,
         "normalised-segment": _of(
-            Segment,
+            points.Segment,
             "The segment between two image points, s = (x_c/l, y_c/l, 1/l, α).",
             normalised=True,
         ),
-        "line": Line,
-        "vanishing-point": VanishingPoint,
+        "line": curves.Line,
+        "vanishing-point": points.VanishingPoint,
         "vanishing-point-inverse": _of(
-            VanishingPoint, "A vanishing point far away or not, s = (1/ρ, α).", form="1/rho"
+            points.VanishingPoint, "A vanishing point far away or not, s = (1/ρ, α).", form="1/rho"
         ),
         "vanishing-point-angle": _of(
-            VanishingPoint,
+            points.VanishingPoint,
             "A vanishing point far away or not, s = (atan(1/ρ), α).",
             form="atan",
         ),
-        "ellipse": Ellipse,
-        "sphere": Sphere,
-        "moment-20": _of(Moment, "The raw moment m_20 of a region.", i=2, j=0),
-        "centred-moment-11": _of(CentredMoment, "The centred moment μ_11 of a region.", i=1, j=1),
-        "area": Area,
-        "gravity-centre": GravityCentre,
-        "normalised-moments": NormalisedMoments,
-        "orientation": Orientation,
-        "theta-u": ThetaU,
-        "theta-u-inverse": _of(
-            ThetaU, "The axis times the angle of the inverse rotation, of cRcd.", rotation="cRcd"
+        "ellipse": curves.Ellipse,
+        "sphere": points.Sphere,
+        "moment-20": _of(moments.Moment, "The raw moment m_20 of a region.", i=2, j=0),
+        "centred-moment-11": _of(
+            moments.CentredMoment, "The centred moment μ_11 of a region.", i=1, j=1
         ),
-        "translation": Translation,
+        "area": moments.Area,
+        "gravity-centre": moments.GravityCentre,
+        "normalised-moments": moments.NormalisedMoments,
+        "orientation": moments.Orientation,
+        "theta-u": poses.ThetaU,
+        "theta-u-inverse": _of(
+            poses.ThetaU,
+            "The axis times the angle of the inverse rotation, of cRcd.",
+            rotation="cRcd",
+        ),
+        "translation": poses.Translation,
         "translation-goal": _of(
-            Translation, "Where the goal is in the frame of the camera, s = ctcd.", frame="ctcd"
+            poses.Translation,
+            "Where the goal is in the frame of the camera, s = ctcd.",
+            frame="ctcd",
         ),
         "translation-object": _of(
-            Translation, "Where the object is in the frame of the camera, s = cto.", frame="cto"
+            poses.Translation,
+            "Where the object is in the frame of the camera, s = cto.",
+            frame="cto",
         ),
     }
 )

@@ -1,8 +1,7 @@
 """Numbers out of a derived interaction matrix, for one place or for millions.
 
-The module exists so that nobody has to carry source code about to see what L is somewhere. Each
-feature is compiled once; a batch goes through the processor's cache in pieces, and what cannot be
-computed ends in a sentence that says where.
+Each feature is compiled once. A batch is computed in pieces that stay in the processor's cache, and
+what cannot be computed ends in a sentence that says where.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sympy import Symbol, lambdify
 
+from vsctrl.checks import quoted
 from vsctrl.derive.emit.shared import common, computable
 from vsctrl.derive.emit.source import Printer
 from vsctrl.derive.kinematics.interaction import VisualFeature
@@ -37,26 +37,33 @@ def evaluate(feature: VisualFeature, /, **values: ArrayLike) -> NDArray[np.float
     do not broadcast, an argument that must be positive and is not, and places where the feature is
     singular or L not real.
     """
-    found = _compiled(feature)
-    own = [symbol.name for symbol in found.arguments]
+    compiled = _compiled(feature)
+    own = [symbol.name for symbol in compiled.arguments]
     words = {name: word for name, word in _WORDS.items() if name in own and word not in own}
     names = [words.get(name, name) for name in own]
-    given = _named(found.name, names, {words.get(name, name): v for name, v in values.items()})
-    for symbol, name in zip(found.arguments, names, strict=True):
-        _check_sign(symbol, name, given[name])
-    shape = _shape(given)
+    renamed = {words.get(name, name): value for name, value in values.items()}
+    numbers = _named(compiled.name, names, renamed)
+    for symbol, name in zip(compiled.arguments, names, strict=True):
+        _check_sign(symbol, name, numbers[name])
+    shape = _shape(numbers)
     # Numbers that are the same everywhere are left so, for what is made of them alone.
-    flat = [v.reshape(()) if v.size == 1 else _spread(v, shape) for v in given.values()]
-    out = np.empty((*shape, *found.constant.shape))
-    rows = out.reshape(-1, *found.constant.shape)
+    flat = [
+        v.reshape(()) if v.size == 1 else np.broadcast_to(v, shape).reshape(-1)
+        for v in numbers.values()
+    ]
+    out = np.empty((*shape, *compiled.constant.shape))
+    rows = out.reshape(-1, *compiled.constant.shape)
     with np.errstate(all="ignore"):  # what is not finite is told in words
         for start in range(0, len(rows), _PIECE):
             piece = slice(start, start + _PIECE)
             here = [v[()] if v.ndim == 0 else v[piece] for v in flat]
-            if not found.fill(rows[piece], here):
-                places = ~np.isfinite(rows[piece]).all(axis=(1, 2))
-                at = np.unravel_index(start + int(places.argmax()), shape) if shape else ()
-                raise InputError(_singular(found, dict(zip(names, flat, strict=True)), at, shape))
+            if not compiled.fill(rows[piece], here):
+                singular = start + int((~np.isfinite(rows[piece]).all(axis=(1, 2))).argmax())
+                there = {
+                    name: v[()] if v.ndim == 0 else v[singular]
+                    for name, v in zip(names, flat, strict=True)
+                }
+                raise InputError(_singular(compiled, there, _index(singular, shape)))
     return out
 
 
@@ -143,7 +150,7 @@ def _numbers(name: str, value: Any) -> _Floats:
     except (TypeError, ValueError, OverflowError):
         array = np.asarray(None)
     if array.dtype.kind not in "iuf":
-        raise InputError(f"{name} = {_short(value)} must be a real number or an array of them.")
+        raise InputError(f"{name} = {quoted(value)} must be a real number or an array of them.")
     with np.errstate(over="ignore"):  # of what is longer than a double
         array = array.astype(np.float64, copy=False)
     finite = np.isfinite(array)
@@ -167,63 +174,54 @@ def _check_sign(symbol: Symbol, name: str, array: _Floats) -> None:
         raise InputError(f"{_at(name, array, bad)} {rule}; {remedy}, or leave this place out.")
 
 
-def _shape(given: Mapping[str, _Floats]) -> tuple[int, ...]:
+def _shape(numbers: Mapping[str, _Floats]) -> tuple[int, ...]:
     try:
-        return np.broadcast_shapes(*(array.shape for array in given.values()))
+        return np.broadcast_shapes(*(array.shape for array in numbers.values()))
     except ValueError:
-        shapes = ", ".join(f"{name} {array.shape}" for name, array in given.items() if array.ndim)
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in numbers.items() if array.ndim)
         raise InputError(
             f"The shapes do not broadcast against each other: {shapes}; give equal ones, or axes "
             "of length 1."
         ) from None
 
 
-def _spread(array: _Floats, shape: tuple[int, ...]) -> _Floats:
-    return np.broadcast_to(array, shape).reshape(-1)
-
-
 def _at(name: str, array: _Floats, bad: NDArray[np.bool_]) -> str:
     """``z[3] = -1``, the first bad value."""
-    where = np.unravel_index(int(bad.argmax()), array.shape) if array.ndim else ()
-    return f"{name}{_index(where)} = {array[where]:.6g}"
+    first = int(bad.argmax())
+    return f"{name}{_index(first, array.shape)} = {array.flat[first]:.6g}"
 
 
-def _index(where: Sequence[Any]) -> str:
-    return f"[{', '.join(str(int(i)) for i in where)}]" if where else ""
+def _index(flat: int, shape: tuple[int, ...]) -> str:
+    """``[1, 3]`` of the place in the flattened array, and nothing of a single number."""
+    return f"[{', '.join(str(int(i)) for i in np.unravel_index(flat, shape))}]" if shape else ""
 
 
-def _short(value: Any) -> str:
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
-def _singular(
-    found: _Compiled, flat: Mapping[str, _Floats], at: Sequence[Any], shape: tuple[int, ...]
-) -> str:
-    """What is wrong at the first place where L is not finite."""
-    i = int(np.ravel_multi_index(tuple(at), shape)) if shape else 0
-    here = {name: v[()] if v.ndim == 0 else v[i] for name, v in flat.items()}
-    rows, real = [False] * len(found.constant), True
-    complex_here = [np.complex128(value) for value in here.values()]
+def _singular(compiled: _Compiled, there: Mapping[str, Any], index: str) -> str:
+    """What is wrong at a place where L is not finite."""
+    rows, real = [False] * len(compiled.constant), True
+    complex_values = [np.complex128(value) for value in there.values()]
     for (row, _), value, wide in zip(
-        found.places, found.entries(*here.values()), _tried(found, complex_here), strict=True
+        compiled.places,
+        compiled.entries(*there.values()),
+        _in_complex_numbers(compiled, complex_values),
+        strict=True,
     ):
         if np.iscomplexobj(value) or not np.isfinite(value):
             rows[row] = True
             real = real and not (np.isfinite(wide) and np.imag(wide))
     which = ", ".join(str(row) for row, bad in enumerate(rows) if bad)
-    where = f"place {_index(at)}, " if at else ""
-    values = ", ".join(f"{name} = {value:.6g}" for name, value in here.items())
+    where = f"place {index}, " if index else ""
+    values = ", ".join(f"{name} = {value:.6g}" for name, value in there.items())
     why = "the feature is singular there" if real else "it is not real there"
     return (
-        f"L of feature {found.name!r} has no finite value at {where}{values}, in row {which}: "
+        f"L of feature {compiled.name!r} has no finite value at {where}{values}, in row {which}: "
         f"{why}; leave this place out."
     )
 
 
-def _tried(found: _Compiled, values: Sequence[Any]) -> Sequence[Any]:
-    """The entries in complex numbers, where these functions are defined for them."""
+def _in_complex_numbers(compiled: _Compiled, values: Sequence[Any]) -> Sequence[Any]:
+    """The entries, where these functions are defined for complex numbers."""
     try:
-        return found.entries(*values)
+        return compiled.entries(*values)
     except TypeError:
-        return [np.nan] * len(found.places)
+        return [np.nan] * len(compiled.places)

@@ -4,29 +4,16 @@ The module exists so that a bad value ends in a sentence and never inside SymPy.
 from the values is left to the other modules.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, TypeAlias
 
-from sympy import (
-    Expr,
-    Float,
-    ImmutableMatrix,
-    N,
-    Rational,
-    Symbol,
-    SympifyError,
-    nan,
-    oo,
-    simplify,
-    sympify,
-    zoo,
-)
+import sympy as sp
 
 from vsctrl.errors import InputError
 
 #: Three numbers or expressions, or a 3×1 matrix.
-Vector: TypeAlias = Sequence[Any] | ImmutableMatrix
+Vector: TypeAlias = Sequence[Any] | sp.ImmutableMatrix
 
 #: What symbols are tried at, over 250: distinct, so that no two are equal by accident.
 PRIMES = (13, 29, 7, 37, 19, 43, 11, 31, 17, 41, 23, 47, 53, 59, 61, 67, 71, 73, 79, 83)
@@ -37,16 +24,16 @@ DOUBLE = 53  #: bits of a double, which its shortest decimal gives back
 _UNIT_TOLERANCE = 1e-12
 
 
-def scalar(name: str, value: Any) -> Expr:
+def scalar(name: str, value: Any) -> sp.Expr:
     """``value`` as a finite SymPy expression; text is refused, never parsed.
 
-    Raises InputError for anything that is not a finite number or a SymPy expression.
+    Errors: `InputError` for anything that is not a finite number or a SymPy expression.
     """
     try:
-        expression = sympify(value, strict=True)
-    except SympifyError:
+        expression = sp.sympify(value, strict=True)
+    except sp.SympifyError:
         expression = None
-    if not isinstance(expression, Expr) or expression.has(nan, oo, -oo, zoo):
+    if not isinstance(expression, sp.Expr) or expression.has(sp.nan, sp.oo, -sp.oo, sp.zoo):
         raise InputError(
             f"{name} = {value!r} is not a finite number or a SymPy expression; "
             "give a number or an expression of vsctrl.symbols."
@@ -54,22 +41,27 @@ def scalar(name: str, value: Any) -> Expr:
     return expression
 
 
-def decimals(expression: Expr) -> Expr:
+def decimals(expression: sp.Expr) -> sp.Expr:
     """The expression with each float as the decimal that it prints as, 812.3 as 8123/10.
 
     What is derived of exact numbers is exact, so that what cancels is 0; doubles leave 1e-17.
     """
-    return expression.xreplace({f: _decimal(f) for f in expression.atoms(Float)})
+    return expression.xreplace({f: _decimal(f) for f in expression.atoms(sp.Float)})
 
 
-def _decimal(value: Float) -> Rational:
-    return Rational(repr(float(value)) if value._prec <= DOUBLE else str(value))
+def _decimal(value: sp.Float) -> sp.Rational:
+    return sp.Rational(repr(float(value)) if value._prec <= DOUBLE else str(value))
 
 
-def vector(name: str, value: Vector) -> ImmutableMatrix:
+def symbols_in(expressions: Iterable[sp.Expr]) -> tuple[sp.Symbol, ...]:
+    """The symbols of some expressions, each once, in their order and by name within one."""
+    return tuple(dict.fromkeys(s for e in expressions for s in sorted(e.free_symbols, key=str)))
+
+
+def vector(name: str, value: Vector) -> sp.ImmutableMatrix:
     """``value`` as a 3×1 column.
 
-    Raises InputError when it has not three entries, or an entry is neither number nor expression.
+    Errors: `InputError` unless it has three entries that are numbers or expressions.
     """
     entries: list[Any] = []
     if not isinstance(value, str):
@@ -77,19 +69,19 @@ def vector(name: str, value: Vector) -> ImmutableMatrix:
             entries = list(value)
     if len(entries) != 3:
         raise InputError(f"{name} = {value!r} is not a vector; give its three components.")
-    return ImmutableMatrix([scalar(f"{name}[{i}]", entry) for i, entry in enumerate(entries)])
+    return sp.ImmutableMatrix([scalar(f"{name}[{i}]", entry) for i, entry in enumerate(entries)])
 
 
-def axis(r: Vector) -> ImmutableMatrix:
+def axis(r: Vector) -> sp.ImmutableMatrix:
     """``r`` as a 3×1 unit column; a length that depends on symbols is taken as 1.
 
-    Raises InputError when the length is a number other than 1.
+    Errors: `InputError` when the length is a number other than 1.
     """
     column = vector("r", r)
-    square = simplify(column.dot(column))
-    if square.is_number and abs(N(square - 1)) > _UNIT_TOLERANCE:
+    square = sp.simplify(column.dot(column))
+    if square.is_number and abs(sp.N(square - 1)) > _UNIT_TOLERANCE:
         values = ", ".join(str(entry) for entry in column)
-        length = float(N(square)) ** 0.5
+        length = float(sp.N(square)) ** 0.5
         remedy = (
             "for a pure translation give any unit axis and omega = 0"
             if length == 0
@@ -100,7 +92,7 @@ def axis(r: Vector) -> ImmutableMatrix:
 
 
 def vanishes(
-    expression: Expr, places: Mapping[Symbol, Expr] | None = None, within: str = "1e-20"
+    expression: sp.Expr, places: Mapping[sp.Symbol, sp.Expr] | None = None, within: str = "1e-20"
 ) -> bool:
     """Whether an expression is zero, tried at two places in general position in 60 digits.
 
@@ -113,13 +105,13 @@ def vanishes(
     free = expression.free_symbols.union(*(e.free_symbols for e in placed.values())) - set(placed)
     symbols = sorted(free, key=str)
     for shift in (0, 1):
-        values: dict[Symbol, Expr] = {
-            symbol: Float(2 * PRIMES[(i + shift) % len(PRIMES)] + 1, 60) / 250
+        values: dict[sp.Symbol, sp.Expr] = {
+            symbol: sp.Float(2 * PRIMES[(i + shift) % len(PRIMES)] + 1, 60) / 250
             for i, symbol in enumerate(symbols)
         }
         # Of decimals, not of fractions, whose roots and sines SymPy takes long to ponder.
-        values |= {s: N(e.xreplace(values), 60) for s, e in placed.items()}
-        size = N(expression.xreplace(values), 30)
-        if not size.is_number or not abs(size) < Float(within, 30):
+        values |= {s: sp.N(e.xreplace(values), 60) for s, e in placed.items()}
+        size = sp.N(expression.xreplace(values), 30)
+        if not size.is_number or not abs(size) < sp.Float(within, 30):
             return False
     return True

@@ -7,92 +7,77 @@ which one relation is enough. Every derivation ends in ``shortest``.
 
 from collections.abc import Sequence
 
-from sympy import (
-    Add,
-    Dummy,
-    Expr,
-    Poly,
-    Pow,
-    Symbol,
-    cancel,
-    cos,
-    count_ops,
-    expand,
-    factor,
-    factor_terms,
-    fraction,
-    sin,
-)
+import sympy as sp
 
 # Factors of longer sums are rarely there, and never found at once.
 _MOST_TERMS = 12
 
-_Pairs = Sequence[tuple[Symbol, Symbol]]
+_Pairs = Sequence[tuple[sp.Symbol, sp.Symbol]]
 
 
-def shortened(entry: Expr) -> Expr:
+def shortened(entry: sp.Expr) -> sp.Expr:
     """The same rational function of symbols, cos and sin, without what cos² + sin² = 1 hides.
 
     Sums are expanded unless that multiplies out a denominator such as (z² − R²)².
     """
-    angles = sorted({e.args[0] for e in entry.atoms(cos, sin)}, key=str)
+    angles = sorted({e.args[0] for e in entry.atoms(sp.cos, sp.sin)}, key=str)
     if not angles:
         return _reduced(entry, ())
-    pairs = [(Dummy("c", real=True), Dummy("s", real=True)) for _ in angles]
-    names = {
-        f(a): p[i] for a, p in zip(angles, pairs, strict=True) for i, f in enumerate((cos, sin))
-    }
+    pairs = [(sp.Dummy("c", real=True), sp.Dummy("s", real=True)) for _ in angles]
+    names: dict[sp.Expr, sp.Symbol] = {}
+    for angle, (c, s) in zip(angles, pairs, strict=True):
+        names |= {sp.cos(angle): c, sp.sin(angle): s}
     named = entry.xreplace(names)
     # A length √(l² cos² + l² sin²) is l; only then do numerator and denominator share a factor.
-    roots = [power for power in named.atoms(Pow) if not power.exp.is_Integer]
-    named = named.xreplace({r: factor(_reduced(r.base, pairs)) ** r.exp for r in roots})
+    roots = [power for power in named.atoms(sp.Pow) if not power.exp.is_Integer]
+    named = named.xreplace({r: sp.factor(_reduced(r.base, pairs)) ** r.exp for r in roots})
     both = (_reduced(named, pairs), _reduced(named, [pair[::-1] for pair in pairs]))
-    return min(both, key=count_ops).xreplace({name: value for value, name in names.items()})
+    return min(both, key=sp.count_ops).xreplace({name: value for value, name in names.items()})
 
 
-def _reduced(entry: Expr, pairs: _Pairs) -> Expr:
+def _reduced(entry: sp.Expr, pairs: _Pairs) -> sp.Expr:
     """The quotient without powers of the second of each pair, whose squares sum to 1."""
-    whole = expand(entry)
+    whole = sp.expand(entry)
     # Only under a sum can anything be left to cancel; without, ``cancel`` is slow for nothing.
-    if any(power.base.is_Add and power.exp.is_negative for power in whole.atoms(Pow)):
-        quotient = cancel(entry)
-        above, below = (_folded(part, pairs) for part in fraction(quotient))
-        return shortest(cancel(above / below) if pairs else quotient)
+    if any(power.base.is_Add and power.exp.is_negative for power in whole.atoms(sp.Pow)):
+        quotient = sp.cancel(entry)
+        above, below = (_folded(part, pairs) for part in sp.fraction(quotient))
+        return shortest(sp.cancel(above / below) if pairs else quotient)
     return _folded(whole, pairs)
 
 
-def _folded(whole: Expr, pairs: _Pairs) -> Expr:
-    """The expanded sum of monomials with left² = 1 − kept²."""
-    for kept, left in pairs:
+def _folded(whole: sp.Expr, pairs: _Pairs) -> sp.Expr:
+    """The expanded sum of monomials with removed² = 1 − kept²."""
+    for kept, removed in pairs:
         whole = whole.replace(
-            lambda e, left=left: e.is_Pow and e.base == left and e.exp.is_Integer and e.exp > 1,
-            lambda e, kept=kept, left=left: (1 - kept**2) ** (e.exp // 2) * left ** (e.exp % 2),
+            lambda e, r=removed: e.is_Pow and e.base == r and e.exp.is_Integer and e.exp > 1,
+            lambda e, k=kept, r=removed: (1 - k**2) ** (e.exp // 2) * r ** (e.exp % 2),
         )
-    return expand(whole)
+    return sp.expand(whole)
 
 
-def shortest(quotient: Expr, linear: Sequence[Symbol] = ()) -> Expr:
+def shortest(quotient: sp.Expr, linear: Sequence[sp.Symbol] = ()) -> sp.Expr:
     """A quotient, as ``cancel`` leaves it, in the shortest of the forms that are cheap to find.
 
     Forms are factors, a sum over the ``linear`` symbols with factors as coefficients, the sum of
     single quotients and the quotient as it is; of equals the first.
     """
-    above, below = fraction(quotient)
-    below = factor(below)
+    above, below = sp.fraction(quotient)
+    below = sp.factor(below)
     candidates = [_factored(above) / below]
     linear = [symbol for symbol in linear if above.has(symbol)]
     if linear:
-        candidates.append(factor_terms(Add(*_terms(above, linear))) / below)
-    return min((*candidates, expand(quotient), quotient), key=count_ops)
+        candidates.append(sp.factor_terms(sp.Add(*_terms(above, linear))) / below)
+    return min((*candidates, sp.expand(quotient), quotient), key=sp.count_ops)
 
 
-def _terms(polynomial: Expr, linear: Sequence[Symbol]) -> list[Expr]:
+def _terms(polynomial: sp.Expr, linear: Sequence[sp.Symbol]) -> list[sp.Expr]:
     """The terms of a polynomial in the ``linear`` symbols, each with its coefficient factored."""
     return [
-        _factored(coefficient) * Poly({powers: 1}, *linear).as_expr()
-        for powers, coefficient in Poly(polynomial, *linear).terms()
+        _factored(coefficient) * sp.Poly({powers: 1}, *linear).as_expr()
+        for powers, coefficient in sp.Poly(polynomial, *linear).terms()
     ]
 
 
-def _factored(polynomial: Expr) -> Expr:
-    return factor(polynomial) if len(Add.make_args(polynomial)) <= _MOST_TERMS else polynomial
+def _factored(polynomial: sp.Expr) -> sp.Expr:
+    return sp.factor(polynomial) if len(sp.Add.make_args(polynomial)) <= _MOST_TERMS else polynomial

@@ -32,7 +32,7 @@ class Diagram(Model):
         nothing within is asked for.
         Errors: `InputError` where there is no input or no output.
         """
-        return renaming.subdiagram(self, name, wiring)
+        return renaming.subdiagram(self, self.transfer, name, wiring)
 
     def renamed(self, signals: Mapping[str, str], name: str = "") -> Diagram:
         """The same diagram with other signal names, to be joined with others by what they share.

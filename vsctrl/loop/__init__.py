@@ -1,6 +1,11 @@
 """Figure 1 of the paper: its diagram, and its closed forms, derived from the diagram.
 
-Nothing is typed in, so a changed diagram changes its formulas.
+Nothing is typed in, so a changed diagram changes its formulas. ``figure1`` is the diagram,
+``variants`` those with a Smith predictor, PI or preview; ``steady`` the steady error of any
+diagram, ``tracking`` that of figure 1, ``constants`` its error constants; ``limits`` the gain
+limits, with ``fractional_delay`` between whole periods and ``compensated_limits`` of the variants;
+``criteria`` and ``design`` the gain for a wanted quality; ``matrix`` the loop in six degrees of
+freedom; ``summary`` all of it for one gain and one delay.
 """
 
 from vsctrl.loop.closed import pade_gain_limit, pole, sampled_sine_error, step_response

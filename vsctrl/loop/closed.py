@@ -10,6 +10,7 @@ import sympy as sp
 
 from vsctrl.errors import InputError
 from vsctrl.loop.figure1 import Placement, check_placement, diagram
+from vsctrl.loop.generated import printed
 from vsctrl.loop.limits import loop_transfer, pulse_transfer
 from vsctrl.symbols import T_s, d, ell, ell_hat, kappa, lam, omega, s, t, tau
 from vsctrl.symbols import z_plane as z
@@ -26,7 +27,7 @@ def pole(branch: int = 0) -> sp.Expr:
     return _principal_pole().replace(sp.LambertW, lambda a: sp.LambertW(a, branch))
 
 
-@cache
+@printed
 def _principal_pole() -> sp.Expr:
     return sp.solve(1 + loop_transfer(), s)[0]
 
@@ -75,15 +76,15 @@ def sampled_sine_error(placement: Placement = "measurement") -> sp.Expr:
 def _sampled_sine_error(placement: Placement) -> sp.Expr:
     """The diagram cut at the held twist T, its delays z⁻ᵈ and its integrator that of the hold."""
     opened = diagram(placement).open("T")
-    late = {sp.exp(-tau * s): z**-d}
+    delays = {sp.exp(-tau * s): z**-d}
     held = sp.simplify(pulse_transfer() / (kappa * lam)) * ell
 
     def between(source: str, target: str) -> sp.Expr:
         """Rational in s apart from its delays: a feed-forward jω, or the plant ℓ/s, held."""
-        found = sp.expand(opened.transfer(source, target)).subs(late)
+        transfer = sp.expand(opened.transfer(source, target)).subs(delays)
         if source == "T__cut":
-            return sp.simplify(found * s / ell) * held
-        return found.subs(s, sp.I * omega)
+            return sp.simplify(transfer * s / ell) * held
+        return transfer.subs(s, sp.I * omega)
 
     twist = between("S_ref", "T") / (1 - between("T__cut", "T"))
     error = sp.together(between("T__cut", "S") * twist) - 1

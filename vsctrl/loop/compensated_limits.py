@@ -1,7 +1,7 @@
-"""Up to which gain the delay-tolerant variants of figure 1 stay stable.
+"""Gain limits of figure 1 with a Smith predictor and with a PI gain.
 
-A Smith predictor's model is never quite right and an integral adds phase lag: here is the price
-that each variant's docstring speaks of, as a number.
+A Smith predictor's model is never quite right and an integral adds phase lag: the limits that this
+sets are those of which the docstrings in ``variants`` speak.
 """
 
 import math
@@ -33,12 +33,12 @@ def smith_gain_limit(tau: float, tau_hat: float, kappa: float = 1.0) -> float:
     delay or κ not above 0; `LimitError`, with the gain up to which all is stable, where the
     mismatch is so small (2e-6 of the delay) that the search would not end.
     """
-    late, model = check.delay("tau", tau), check.delay("tau_hat", tau_hat)
+    delay, model = check.delay("tau", tau), check.delay("tau_hat", tau_hat)
     ratio = check.positive("kappa", kappa)
-    gap, longest = abs(late - model), max(late, model)
+    gap, longest = abs(delay - model), max(delay, model)
     if longest == 0 or (gap == 0 and ratio <= 2):
         return math.inf
-    period = 2 * math.pi / _common(late, model)  # after which B repeats, and so only larger λ come
+    period = 2 * math.pi / _common(delay, model)  # after which B repeats, and so only larger λ come
     start = max((1 - abs(ratio - 1)) / gap if gap else 0.0, 0.0)
     most = math.sqrt(ratio**2 + 2 * ratio)  # |B − 1| ≤ 1 + κ, so |Im B| is less where Re B = 0
     least = math.inf
@@ -48,55 +48,55 @@ def smith_gain_limit(tau: float, tau_hat: float, kappa: float = 1.0) -> float:
         # Beyond here every λ is larger than the least so far.
         if low > min(most * least, start + period):
             return least
-        for at in _axis_crossings(low, chunk, late, model, ratio):
-            down = -float(_return(at, late, model, ratio).imag)
+        for frequency in _axis_crossings(low, chunk, delay, model, ratio):
+            down = -float(_return(frequency, delay, model, ratio).imag)
             if down > 0:
-                least = min(least, at / down)
+                least = min(least, frequency / down)
     raise LimitError(
-        f"smith_gain_limit: tau = {late} s and tau_hat = {model} s are stable up to "
+        f"smith_gain_limit: tau = {delay} s and tau_hat = {model} s are stable up to "
         f"{min(least, low / most):.6g} s⁻¹ and too close to be followed further; "
         "take that as the limit."
     )
 
 
 def _axis_crossings(
-    low: float, length: float, late: float, model: float, ratio: float
+    low: float, length: float, delay: float, model: float, ratio: float
 ) -> list[float]:
     """All ω of an interval at which Re B(jω) = 0, dips between two samples included."""
-    at = np.linspace(low, low + length, 100_001)
+    grid = np.linspace(low, low + length, 100_001)
 
     def real(omega: Any) -> Any:
-        return _return(omega, late, model, ratio).real
+        return _return(omega, delay, model, ratio).real
 
-    value = real(at)
-    cuts = [(at[i], at[i + 1]) for i in np.flatnonzero((value[:-1] > 0) != (value[1:] > 0))]
+    value = real(grid)
+    cuts = [(grid[i], grid[i + 1]) for i in np.flatnonzero((value[:-1] > 0) != (value[1:] > 0))]
     # |Re B| bends by at most κτ² + τ̂², so only an extremum this near 0 can reach it in between.
-    reach = (ratio * late**2 + model**2) * (at[1] - at[0]) ** 2
+    reach = (ratio * delay**2 + model**2) * (grid[1] - grid[0]) ** 2
     size = np.abs(value)
     dips = (size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:]) & (size[1:-1] < reach)
     for i in np.flatnonzero(dips) + 1:
         if (value[i - 1] > 0) == (value[i] > 0) == (value[i + 1] > 0):
             side = math.copysign(1.0, value[i])
-            found = minimize_scalar(
+            extremum = minimize_scalar(
                 lambda w, side=side: side * real(w),
-                bounds=(at[i - 1], at[i + 1]),
+                bounds=(grid[i - 1], grid[i + 1]),
                 method="bounded",
-                options={"xatol": 1e-12 * at[i]},
+                options={"xatol": 1e-12 * grid[i]},
             )
-            if found.fun < 0:
-                cuts += [(at[i - 1], found.x), (found.x, at[i + 1])]
+            if extremum.fun < 0:
+                cuts += [(grid[i - 1], extremum.x), (extremum.x, grid[i + 1])]
     return [float(brentq(real, a, b, xtol=1e-15, rtol=1e-15)) for a, b in cuts]
 
 
-def _common(late: float, model: float) -> float:
+def _common(delay: float, model: float) -> float:
     """The largest time (s) of which both delays, as the decimals they print, are multiples."""
-    a, b = decimal("tau", late), decimal("tau_hat", model)
+    a, b = decimal("tau", delay), decimal("tau_hat", model)
     top = math.gcd(a.numerator * b.denominator, b.numerator * a.denominator)
     return top / (a.denominator * b.denominator)
 
 
-def _return(omega: Any, late: float, model: float, ratio: float) -> Any:
-    return _smith_return()(omega, late, model, ratio)
+def _return(omega: Any, delay: float, model: float, ratio: float) -> Any:
+    return _smith_return()(omega, delay, model, ratio)
 
 
 @cache
@@ -114,17 +114,17 @@ def pi_gain_limit(tau: float, T_i: float, kappa: float = 1.0) -> float:
     stable) for Tᵢ ≤ τ, infinity for τ = 0; π/(2κτ) as Tᵢ grows. τ and Tᵢ in s, κ = ℓ/ℓ̂.
     Errors: `InputError` for a negative delay, or Tᵢ or κ not above 0.
     """
-    late, integral = check.delay("tau", tau), check.positive("T_i", T_i)
+    delay, integral = check.delay("tau", tau), check.positive("T_i", T_i)
     ratio = check.positive("kappa", kappa)
-    if late == 0:
+    if delay == 0:
         return math.inf
-    if integral <= late:
+    if integral <= delay:
         return 0.0
-    r = integral / late
+    r = integral / delay
     # atan y ≥ y − y³/3, so the phase still leads below u = √(3(r − 1)/r³).
     low = 0.9 * min(math.sqrt(3 * (r - 1) / r**3), 1.0)
     u = brentq(lambda u: _phase()(u, r) - u, low, math.pi / 2, xtol=1e-15, rtol=1e-15)
-    return float(_crossing_gain()(u / late, integral, ratio))
+    return float(_crossing_gain()(u / delay, integral, ratio))
 
 
 @cache

@@ -1,7 +1,7 @@
-"""What a loop owes its parameters: error constants of the opened loop, sensitivities of the error.
+"""Error constants of an opened loop, and sensitivities of the steady error to its parameters.
 
-The classic constants K_p, K_v and K_a say what an open loop promises; the sensitivities say which
-parameter has to be known well for the promise to be kept.
+The classic constants K_p, K_v and K_a give the steady error that the parameters as known lead to;
+the sensitivities tell which of these have to be known well.
 """
 
 from dataclasses import dataclass
@@ -39,9 +39,9 @@ def error_constants(diagram: Diagram, signal: str, **values: float | sp.Expr) ->
     difference. `values` as for `steady_error`. Errors: `InputError` where no loop runs through the
     signal, for an unknown signal or parameter and for values that cannot be.
     """
-    given = known("error_constants", diagram, values)
+    substitution = known("error_constants", diagram, values)
     opened = diagram.open(signal)
-    L = calibrated(diagram, -opened.transfer(f"{signal}__cut", signal)).xreplace(given)
+    L = calibrated(diagram, -opened.transfer(f"{signal}__cut", signal)).xreplace(substitution)
     order, (leading, *_) = laurent.laurent(L, -99)
     if leading == 0:
         raise InputError(
@@ -67,7 +67,7 @@ def error_sensitivities(
     """
     where = {name: value for name, value in options.items() if name in _WHERE}
     rest = {name: value for name, value in options.items() if name not in _WHERE}
-    given = known("error_sensitivities", diagram, rest)
+    substitution = known("error_sensitivities", diagram, rest)
     error = steady_error(diagram, signal, **where)
     if error.has(sp.oo, sp.zoo) or (relative and error == 0):
         raise InputError(
@@ -75,9 +75,9 @@ def error_sensitivities(
             "sensitivity; give a signal that leaves a finite one."
         )
     present = error_transfer(diagram, **where).free_symbols
-    found: dict[str, sp.Expr] = {}
+    sensitivities: dict[str, sp.Expr] = {}
     for name, symbol in parameters(diagram).items():
         if symbol in present:
             slope = sp.diff(error, symbol) * (symbol / error if relative else 1)
-            found[name] = sp.factor(slope).xreplace(given)
-    return found
+            sensitivities[name] = sp.factor(slope).xreplace(substitution)
+    return sensitivities

@@ -9,6 +9,7 @@ from functools import cache
 import sympy as sp
 
 from vsctrl.loop.closed import step_response
+from vsctrl.loop.generated import printed
 from vsctrl.loop.limits import loop_transfer
 from vsctrl.symbols import k_ff, kappa, lam, omega, s, t, tau
 
@@ -18,8 +19,8 @@ x, u, zeta = sp.symbols("x u zeta", positive=True)  # κλτ, ωτ, damping rati
 @cache
 def _open_loop() -> sp.Expr:
     """L(jω) of figure 1 opened at S_meas, in x = κλτ and u = ωτ: x e^{−ju}/(ju)."""
-    at = {s: sp.I * omega, lam: x / (kappa * tau)}
-    return sp.simplify(loop_transfer().subs(at).subs(omega, u / tau))
+    substitution = {s: sp.I * omega, lam: x / (kappa * tau)}
+    return sp.simplify(loop_transfer().subs(substitution).subs(omega, u / tau))
 
 
 @cache
@@ -46,7 +47,7 @@ def margin(name: str) -> sp.Expr:
     return sp.solve(sp.Eq(margins()[name], omega), x)[0]
 
 
-@cache
+@printed
 def sensitivity_peak() -> tuple[sp.Expr, sp.Expr]:
     """(x, Ms) as functions of u = τ ω_peak: u sin u − u² cos u and 1/(cos u √(1 + u²)).
 
@@ -60,7 +61,7 @@ def sensitivity_peak() -> tuple[sp.Expr, sp.Expr]:
     return sp.expand(gain), 1 / (sp.cos(u) * sp.sqrt(sp.simplify(least / sp.cos(u) ** 2)))
 
 
-@cache
+@printed
 def dominant_damping() -> sp.Expr:
     """x whose dominant pair has the damping ratio ζ: θ e^{−θ cot θ}/sin θ, θ = arccos ζ.
 
@@ -78,7 +79,7 @@ def dominant_damping() -> sp.Expr:
     return size.subs(r, radius).subs(theta, sp.acos(zeta))
 
 
-@cache
+@printed
 def squared_step_error() -> sp.Expr:
     """The integral over τ. For t > 0 the error e that the law sees obeys e′(t) = −x e(t − 1).
 
@@ -88,10 +89,10 @@ def squared_step_error() -> sp.Expr:
     a, b, h = sp.symbols("a b h")
     r = a * sp.cos(x * h) + b * sp.sin(x * h)
     law = sp.diff(r, h) + x * r.subs(h, 1 - h)
-    found = sp.solve([law.subs(h, 0), r.subs(h, 1) - 1 / (2 * x)], [a, b], dict=True)[0]
-    if sp.simplify(sp.expand_trig(sp.expand(law.subs(found)))) != 0:
+    solution = sp.solve([law.subs(h, 0), r.subs(h, 1) - 1 / (2 * x)], [a, b], dict=True)[0]
+    if sp.simplify(sp.expand_trig(sp.expand(law.subs(solution)))) != 0:
         raise ArithmeticError("the correlation of the error")  # pragma: no cover - an identity
-    return sp.simplify(r.subs(found).subs(h, 0)) - 1
+    return sp.simplify(r.subs(solution).subs(h, 0)) - 1
 
 
 @cache
@@ -113,5 +114,5 @@ def first_overshoot() -> sp.Expr:
 def largest_overshoot() -> float:
     """Twice the residue of the step error at the pole jω of the loop at its stability limit."""
     error = s * (1 + loop_transfer().subs(lam, x / (kappa * tau)).subs(s, s / tau))
-    at = {s: sp.I * sp.pi / 2, x: sp.pi / 2}
-    return float(2 / sp.Abs(sp.diff(error, s).subs(at)))
+    substitution = {s: sp.I * sp.pi / 2, x: sp.pi / 2}
+    return float(2 / sp.Abs(sp.diff(error, s).subs(substitution)))

@@ -55,7 +55,7 @@ def gain_for(*, tau: float, kappa: float = 1.0, **criterion: float) -> float:
     τ = 0 no gain is the largest. Source: Åström & Hägglund, Advanced PID Control (2006), ch. 4, for
     Ms; the rest from the loop transfer function κλe^{−τs}/s.
     """
-    late, ratio = _loop("gain_for", tau, kappa)
+    delay, ratio = _loop("gain_for", tau, kappa)
     if len(criterion) != 1:
         raise InputError(
             f"gain_for: {', '.join(criterion) or 'no criterion'} given; "
@@ -68,7 +68,7 @@ def gain_for(*, tau: float, kappa: float = 1.0, **criterion: float) -> float:
             f"give one of {', '.join(_CRITERIA)}."
         )
     number = check.number(f"gain_for: {name}", value)
-    return _CRITERIA[name](number) / (ratio * late)
+    return _CRITERIA[name](number) / (ratio * delay)
 
 
 def least_error_gain(tau: float, kappa: float = 1.0) -> float:
@@ -77,8 +77,8 @@ def least_error_gain(tau: float, kappa: float = 1.0) -> float:
     That is x = 0.739085, for a latency τ (s) above 0 and κ = ℓ/ℓ̂, without feed-forward.
     Errors: `InputError` for values that cannot be.
     """
-    late, ratio = _loop("least_error_gain", tau, kappa)
-    return _least_error() / (ratio * late)
+    delay, ratio = _loop("least_error_gain", tau, kappa)
+    return _least_error() / (ratio * delay)
 
 
 def squared_error(lam: Any = lam, tau: Any = tau, kappa: Any = kappa) -> sp.Expr | float:
@@ -87,10 +87,10 @@ def squared_error(lam: Any = lam, tau: Any = tau, kappa: Any = kappa) -> sp.Expr
     It holds where the loop is stable, x < π/2. Numbers (λ in s⁻¹, τ in s) or symbols; a float
     where nothing symbolic is left. Errors: `InputError` for values that cannot be.
     """
-    given = {"lam": lam, "tau": tau, "kappa": kappa}
+    arguments = {"lam": lam, "tau": tau, "kappa": kappa}
     known = {
         name: value if check.is_symbolic(value) else sp.Float(check.positive(name, value), 17)
-        for name, value in given.items()
+        for name, value in arguments.items()
     }
     product = known["lam"] * known["tau"] * known["kappa"]
     if product.is_number and float(product) >= math.pi / 2:
@@ -98,19 +98,19 @@ def squared_error(lam: Any = lam, tau: Any = tau, kappa: Any = kappa) -> sp.Expr
             f"squared_error: κλτ = {float(product):.4g} is not stable, so the integral is "
             "infinite; give a gain below gain_limit."
         )
-    found = known["tau"] * squared_step_error().subs(x, product)
-    return float(found) if found.is_number else found
+    integral = known["tau"] * squared_step_error().subs(x, product)
+    return float(integral) if integral.is_number else integral
 
 
-def _loop(caller: str, late: Any, ratio: Any) -> tuple[float, float]:
+def _loop(caller: str, delay: Any, ratio: Any) -> tuple[float, float]:
     """τ and κ as floats; without latency no criterion limits the gain."""
-    late, ratio = check.delay(f"{caller}: tau", late), check.positive(f"{caller}: kappa", ratio)
-    if late == 0:
+    delay, ratio = check.delay(f"{caller}: tau", delay), check.positive(f"{caller}: kappa", ratio)
+    if delay == 0:
         raise InputError(
             f"{caller}: tau = 0 s is not usable, as without latency nothing limits the gain; "
             "give the latency of the loop in seconds."
         )
-    return late, ratio
+    return delay, ratio
 
 
 @cache
@@ -129,8 +129,8 @@ def _of_peak(value: float) -> float:
         )
     gain, peak = (sp.lambdify(u, f, "math") for f in sensitivity_peak())
     # 1/Ms falls from 1 at u = 0 to 0 at u = π/2, beyond which is the next double.
-    at = _root(lambda v: 1 / value - 1 / peak(v), 0.0, math.nextafter(math.pi / 2, 4.0))
-    return float(gain(at))
+    peak_angle = _root(lambda v: 1 / value - 1 / peak(v), 0.0, math.nextafter(math.pi / 2, 4.0))
+    return float(gain(peak_angle))
 
 
 def _of_phase_margin(value: float) -> float:

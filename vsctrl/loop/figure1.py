@@ -21,7 +21,7 @@ def diagram(placement: Placement = "measurement") -> Diagram:
     Input S_ref, output S. Parameters: lam (s⁻¹), k_ff, ell, ell_hat, tau (s).
     """
     check_placement(placement)
-    late = sp.exp(-tau * s)
+    delay = sp.exp(-tau * s)
     aligned, actuator = placement == "aligned", placement == "actuator"
     parts: list[Block | Sum] = [
         Sum(f"e = {'S_ref_late' if aligned else 'S_ref'} - S_meas"),
@@ -29,16 +29,16 @@ def diagram(placement: Placement = "measurement") -> Diagram:
         Block("feed-forward", k_ff * s, "S_ref -> u_ff"),
         Sum("u = u_fb + u_ff"),
         Block("inverse model", 1 / ell_hat, "u -> T"),
-        *([Block("actuator", late, "T -> T_late")] if actuator else []),
+        *([Block("actuator", delay, "T -> T_late")] if actuator else []),
         Block("robot, camera", ell / s, f"{'T_late' if actuator else 'T'} -> S"),
-        Block("vision", sp.Integer(1) if actuator else late, "S -> S_meas"),
-        *([Block("alignment", late, "S_ref -> S_ref_late")] if aligned else []),
+        Block("vision", sp.Integer(1) if actuator else delay, "S -> S_meas"),
+        *([Block("alignment", delay, "S_ref -> S_ref_late")] if aligned else []),
     ]
     return Diagram(parts, inputs=["S_ref"], outputs=["S"])
 
 
 def check_placement(placement: str) -> None:
-    """Raise a sentence for a placement that is none."""
+    """Refuse a placement that is none. Errors: `InputError`."""
     if placement not in get_args(Placement):
         raise InputError(
             f"placement: {placement!r} is unknown{nearest(placement, get_args(Placement))}; "

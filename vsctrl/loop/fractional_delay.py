@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from vsctrl import timing
+
 Array = NDArray[np.float64]
 
 # Points of the circle between which crossings are looked for, per period of delay.
@@ -24,7 +26,7 @@ GRID = 64
 
 def characteristic(periods: float, gain: float) -> Array:
     """Coefficients of the equation above, highest power first; gain: κλTₛ."""
-    d, f = _split(periods)
+    d, f = timing.split(periods)
     out = np.zeros(d + 3)
     out[0], out[1] = 1.0, -1.0
     out[-2:] += gain * np.array([1 - f, f])
@@ -38,7 +40,7 @@ def limit(periods: float, angle: float = 0.0) -> float:
     The least gain of all crossings ``|z − 1|/|(1 − f) z + f|`` where the phase of the opened loop
     is −π.
     """
-    d, f = _split(periods)
+    d, f = timing.split(periods)
 
     def missing(theta: float) -> float:
         """Phase that is left to −π, on the circle at θ."""
@@ -52,7 +54,7 @@ def limit(periods: float, angle: float = 0.0) -> float:
     grid = np.linspace(0.0, math.pi, GRID * (d + 2) + 1)
     phase = np.array([missing(theta) for theta in grid])
     turns = 2 * math.pi * np.arange(d + 2)
-    found = [
+    limits = [
         gain(brentq(lambda theta, turn=turn: missing(theta) - turn, grid[k], grid[k + 1]))
         for turn in turns
         for k in np.flatnonzero((phase[:-1] - turn) * (phase[1:] - turn) <= 0)
@@ -60,19 +62,14 @@ def limit(periods: float, angle: float = 0.0) -> float:
     # At z = −1 the equation is real, and the phase has nothing to cross.
     alternating = 2 * (-1) ** d / (1 - 2 * f) if f != 0.5 else math.inf
     if not angle and alternating > 0:
-        found.append(alternating)
-    return float(min(found))
+        limits.append(alternating)
+    return float(min(limits))
 
 
 def double_root(periods: float) -> float:
     """Greatest κλTₛ without oscillation: of ``z^{d+1}(1 − z)/((1 − f) z + f)`` on 0 < z < 1."""
-    d, f = _split(periods)
+    d, f = timing.split(periods)
     # N = z^{d+1} − z^{d+2}, D = (1 − f) z + f; N′D − ND′ = 0 without its factor z^d.
     roots = np.roots([-(d + 1) * (1 - f), d * (1 - f) - (d + 2) * f, (d + 1) * f])
     z = float(max(root.real for root in roots if 0 < root.real < 1))
     return float(z ** (d + 1) * (1 - z) / ((1 - f) * z + f))
-
-
-def _split(periods: float) -> tuple[int, float]:
-    d = math.floor(periods)
-    return d, periods - d

@@ -1,4 +1,4 @@
-"""Transfer functions near s = 0, in powers of s: what the final-value theorem reads off.
+"""Laurent series of transfer functions at s = 0, of which the final-value theorem is read off.
 
 Rational in s and in constant delays, they have a Laurent series there whatever their parameters
 are, and it takes nothing but polynomials to find it.
@@ -23,7 +23,7 @@ def laurent(transfer: sp.Expr, top: int) -> tuple[int, tuple[sp.Expr, ...]]:
     most = max(_most_zeros(part, tuple(delays)) for part in fraction)
 
     def sides(terms: int) -> list[list[sp.Expr]]:
-        near = {q: _late_series(late, most + terms) for q, late in delays.items()}
+        near = {q: _delay_series(delay, most + terms) for q, delay in delays.items()}
         return [_stripped(_power_series(part.xreplace(near), most + terms)) for part in fraction]
 
     num, den = sides(1)
@@ -32,17 +32,17 @@ def laurent(transfer: sp.Expr, top: int) -> tuple[int, tuple[sp.Expr, ...]]:
     first = len(den) - len(num)
     terms = max(top - first + 1, 1)
     num, den = sides(terms)
-    found: list[sp.Expr] = []
+    coefficients: list[sp.Expr] = []
     for k in range(terms):
-        rest = num[k] - sum(den[k - i] * found[i] for i in range(k))
-        found.append(sp.expand(sp.factor(rest / den[0])))
-    return first, tuple(found)
+        rest = num[k] - sum(den[k - i] * coefficients[i] for i in range(k))
+        coefficients.append(sp.expand(sp.factor(rest / den[0])))
+    return first, tuple(coefficients)
 
 
 def coefficient(series: tuple[int, tuple[sp.Expr, ...]], power: int) -> sp.Expr:
     """That of s to a power in what `laurent` found, 0 where it found none."""
-    first, found = series
-    return found[power - first] if 0 <= power - first < len(found) else sp.S.Zero
+    first, coefficients = series
+    return coefficients[power - first] if 0 <= power - first < len(coefficients) else sp.S.Zero
 
 
 def _most_zeros(expr: sp.Expr, delays: tuple[sp.Symbol, ...]) -> int:
@@ -50,8 +50,8 @@ def _most_zeros(expr: sp.Expr, delays: tuple[sp.Symbol, ...]) -> int:
     return len({power[1:] for power in powers}) * (max(power[0] for power in powers) + 1)
 
 
-def _late_series(late: sp.Expr, order: int) -> sp.Expr:
-    return sp.Add(*[(-late * s) ** k / sp.factorial(k) for k in range(order)])
+def _delay_series(delay: sp.Expr, order: int) -> sp.Expr:
+    return sp.Add(*[(-delay * s) ** k / sp.factorial(k) for k in range(order)])
 
 
 def _power_series(expr: sp.Expr, order: int) -> list[sp.Expr]:

@@ -12,9 +12,11 @@ from typing import Any
 import sympy as sp
 
 from vsctrl import checks as check
+from vsctrl import timing
 from vsctrl.errors import InputError
 from vsctrl.loop import fractional_delay
 from vsctrl.loop.figure1 import figure1
+from vsctrl.loop.generated import printed
 from vsctrl.symbols import T_s, d, ell, ell_hat, kappa, lam, omega, s, tau
 from vsctrl.symbols import z_plane as z
 
@@ -35,8 +37,8 @@ def gain_limit(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.
 
     λ_max = π/(2κτ) in continuous time; with the velocity held over `period` Tₛ and τ = d Tₛ,
     λ_max = 2 sin(π/(2(2d + 1)))/(κTₛ), which is less; for other τ a number
-    found by `fraction`. `tau` and `period` in s, symbols or numbers;
-    numbers in, a float out (κ = 1 then), infinity for τ = 0 in continuous time.
+    found by `fractional_delay`. `tau` and `period` in s, symbols or numbers; numbers in, a float
+    out (κ = 1 then), infinity for τ = 0 in continuous time.
 
     κ may be a complex number μ, such as an eigenvalue of L̂⁺L: of its argument, π/2 − |arg μ|
     is left in the place of π/2, so that λ|μ|τ < π/2 − |arg μ| is stable, and sampled
@@ -58,8 +60,8 @@ def gain_limit(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.
         return turned(_sampled_limit())
 
     between = partial(fractional_delay.limit, angle=angle)
-    found = _value(lambda: turned(_continuous_limit()), sampled, between, tau, period, kappa)
-    return 0.0 if unstable else found
+    result = _value(lambda: turned(_continuous_limit()), sampled, between, tau, period, kappa)
+    return 0.0 if unstable else result
 
 
 def fastest_gain(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.Expr | float:
@@ -79,54 +81,54 @@ def _value(
     continuous: Callable[[], sp.Expr],
     sampled: Callable[[Any], sp.Expr],
     between: Callable[[float], float],
-    late: Any,
+    delay: Any,
     period: Any,
     ratio: Any,
 ) -> sp.Expr | float:
     """A closed form with numbers or symbols put in, as a float where nothing symbolic is left."""
-    symbolic = check.is_symbolic(late)
+    symbolic = check.is_symbolic(delay)
     if period is not None and check.is_symbolic(period) != symbolic:
         raise InputError(
-            f"tau = {late} and period = {period} do not go together; give both as numbers or both "
+            f"tau = {delay} and period = {period} do not go together; give both as numbers or both "
             "as symbols."
         )
     if not symbolic:
-        late = check.delay("tau", late)
+        delay = check.delay("tau", delay)
         ratio = 1.0 if ratio is _KAPPA else ratio
     if not check.is_symbolic(ratio):
         ratio = check.positive("kappa", ratio)
     if period is None:
-        if not symbolic and late == 0:
+        if not symbolic and delay == 0:
             return math.inf
-        found = continuous().subs({_TAU: late, _KAPPA: ratio}, simultaneous=True)
+        result = continuous().subs({_TAU: delay, _KAPPA: ratio}, simultaneous=True)
     elif symbolic:
-        found = sampled(d).subs({T_s: period, _KAPPA: ratio}, simultaneous=True)
+        result = sampled(d).subs({T_s: period, _KAPPA: ratio}, simultaneous=True)
     else:
-        if not late / check.positive("period", period) < MOST_PERIODS:
+        if not delay / check.positive("period", period) < MOST_PERIODS:
             raise InputError(
-                f"period = {period:g} s is not usable: a delay of {late:g} s would be over "
+                f"period = {period:g} s is not usable: a delay of {delay:g} s would be over "
                 f"{MOST_PERIODS:g} of it; give a longer one."
             )
-        samples = _whole_periods(late, period)
+        samples = timing.whole_periods(delay, period)
         if samples is None:
-            found = between(late / period) / (ratio * period)
-            return found if check.is_symbolic(ratio) else float(found)
-        found = sampled(samples).subs({T_s: period, _KAPPA: ratio}, simultaneous=True)
-        found = found.evalf(subs={d: samples}) if found.has(d) else found
-    return float(found) if found.is_number and not symbolic else found
+            result = between(delay / period) / (ratio * period)
+            return result if check.is_symbolic(ratio) else float(result)
+        result = sampled(samples).subs({T_s: period, _KAPPA: ratio}, simultaneous=True)
+        result = result.evalf(subs={d: samples}) if result.has(d) else result
+    return float(result) if result.is_number and not symbolic else result
 
 
-@cache
+@printed
 def _continuous_limit() -> sp.Expr:
     """Solve |L(jω)| = 1, arg L(jω) − α = −π for λ, L from the diagram opened at S_meas."""
     loop = loop_transfer()
     rational = sp.simplify(loop * sp.exp(tau * s)).subs(s, sp.I * omega)
     turned = sp.simplify(sp.arg(rational)) - omega * tau - alpha
-    at = sp.solve(sp.Eq(turned, -sp.pi), omega)[0]
-    return sp.solve(sp.Eq(sp.Abs(rational), 1), lam)[0].subs(omega, at)
+    crossover = sp.solve(sp.Eq(turned, -sp.pi), omega)[0]
+    return sp.solve(sp.Eq(sp.Abs(rational), 1), lam)[0].subs(omega, crossover)
 
 
-@cache
+@printed
 def _sampled_limit() -> sp.Expr:
     """The same for the pulse transfer function at z = e^{jθ}, held velocity, d samples late."""
     pulse = pulse_transfer()  # rational in z, without the d samples of delay
@@ -150,7 +152,7 @@ def loop_transfer() -> sp.Expr:
     return loop.subs(ell, kappa * ell_hat)
 
 
-@cache
+@printed
 def pulse_transfer() -> sp.Expr:
     """Zero-order hold in front of figure 1's plant: (z − 1)/z · Z{L⁻¹[G(s)/s]} by its samples."""
     t, k = sp.Symbol("t", positive=True), sp.Symbol("k", integer=True, nonnegative=True)
@@ -168,29 +170,23 @@ def sampled_characteristic() -> sp.Expr:
     return sp.expand(z**d * den) + num
 
 
-@cache
+@printed
 def _continuous_double_root() -> sp.Expr:
     """p = s + κλe^{−τs} and p′ = 0 at once: λ solves p = 0, and then p′ = 0 gives s."""
     gain = sp.solve(1 + loop_transfer(), lam)[0]
-    at = sp.solve(sp.simplify(sp.diff(gain, s) * sp.exp(-tau * s)), s)[0]
-    return sp.simplify(gain.subs(s, at))
+    root = sp.solve(sp.simplify(sp.diff(gain, s) * sp.exp(-tau * s)), s)[0]
+    return sp.simplify(gain.subs(s, root))
 
 
 def _sampled_double_root(samples: Any) -> sp.Expr:
     """The largest λ(z) = −zᵈ/(pulse/λ) on 0 < z < 1, where dλ/dz = 0; at z = 0 without delay."""
     if samples == 0:
         return sp.solve(1 + pulse_transfer().subs(z, 0), lam)[0]
-    return _sampled_late_double_root()
+    return _delayed_double_root()
 
 
-@cache
-def _sampled_late_double_root() -> sp.Expr:
+@printed
+def _delayed_double_root() -> sp.Expr:
     gain = sp.solve(1 + pulse_transfer() * z**-d, lam)[0]
-    at = sp.solve(sp.simplify(sp.diff(gain, z) / z ** (d - 1)), z)[0]
-    return sp.simplify(gain.subs(z, at))
-
-
-def _whole_periods(late: float, period: float) -> int | None:
-    """A delay (s) in samples, or None where it is no whole number of periods."""
-    samples = round(late / period)
-    return samples if abs(late - samples * period) <= 1e-9 * period else None
+    root = sp.solve(sp.simplify(sp.diff(gain, z) / z ** (d - 1)), z)[0]
+    return sp.simplify(gain.subs(z, root))

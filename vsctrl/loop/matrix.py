@@ -82,13 +82,13 @@ def matrix_gain_limit(M: ArrayLike, tau: float, period: float | None = None) -> 
     right half-plane, since then no gain is stable. τ and Tₛ in s.
     Errors: `InputError` for what is no square matrix of numbers, and as `gain_limit`.
     """
-    late = check.delay("matrix_gain_limit: tau", tau)
+    delay = check.delay("matrix_gain_limit: tau", tau)
     held = None if period is None else check.positive("matrix_gain_limit: period", period)
     matrix = _square(M)
     if not all(entry.is_number for entry in matrix):
         raise InputError("matrix_gain_limit: M holds symbols; put numbers in.")
     eigenvalues = np.linalg.eigvals(np.array(matrix.tolist(), dtype=float))
-    return min(float(gain_limit(late, period=held, kappa=complex(mu))) for mu in eigenvalues)
+    return min(float(gain_limit(delay, period=held, kappa=complex(mu))) for mu in eigenvalues)
 
 
 def calibration_matrix(
@@ -151,8 +151,8 @@ def focal_error_matrix(phi: Any = _PHI, depth: Any = z) -> Any:
     ``depth_error_matrix(rho) @ focal_error_matrix(phi, depth)``.
     A NumPy array for numbers, else a SymPy matrix. Errors: `InputError` for values not above 0.
     """
-    given = {"phi": (_PHI, phi), "depth": (z, depth)}
-    return _put_in(_focal_error(), given, "focal_error_matrix")
+    arguments = {"phi": (_PHI, phi), "depth": (z, depth)}
+    return _put_in(_focal_error(), arguments, "focal_error_matrix")
 
 
 @cache
@@ -176,7 +176,7 @@ def _believed(believed: Any, arguments: tuple[sp.Symbol, ...]) -> dict[sp.Symbol
             f"calibration_matrix: believed = {check.quoted(believed)} is no mapping; give symbols "
             "and what stands in their place, like {z: rho * z}."
         )
-    found: dict[sp.Symbol, sp.Expr] = {}
+    substitution: dict[sp.Symbol, sp.Expr] = {}
     for symbol, value in believed.items():
         _require_argument(symbol, "believed", arguments)
         real = not isinstance(value, bool) and isinstance(value, Real) and math.isfinite(value)
@@ -186,8 +186,8 @@ def _believed(believed: Any, arguments: tuple[sp.Symbol, ...]) -> dict[sp.Symbol
                 f"calibration_matrix: believed {symbol}: {check.quoted(value)} is not usable; give "
                 "symbols and what stands in their place, like {z: rho * z}."
             )
-        found[symbol] = exact(value)
-    return found
+        substitution[symbol] = exact(value)
+    return substitution
 
 
 def _shared(common: Any, arguments: tuple[sp.Symbol, ...]) -> list[sp.Symbol]:
@@ -230,23 +230,23 @@ def _combination(L: sp.Matrix, wanted: sp.Matrix, seen: list[sp.Symbol]) -> sp.M
     solutions = sp.linsolve(equations, *unknowns)
     if not solutions:
         return None
-    [found] = solutions
-    if set(unknowns) & set().union(*(e.free_symbols for e in found)):
+    [solution] = solutions
+    if set(unknowns) & set().union(*(e.free_symbols for e in solution)):
         raise InputError(
             "calibration_matrix: features of this kind never see all directions, so that L̂⁺ has "
             "a null space; give one that does, such as Point()."
         )
-    return sp.Matrix(found)
+    return sp.Matrix(solution)
 
 
 def _put_in(
-    matrix: sp.ImmutableMatrix, given: dict[str, tuple[sp.Symbol, Any]], caller: str
+    matrix: sp.ImmutableMatrix, arguments: dict[str, tuple[sp.Symbol, Any]], caller: str
 ) -> Any:
-    for name, (_, value) in given.items():
+    for name, (_, value) in arguments.items():
         if not check.is_symbolic(value):
             check.positive(f"{caller}: {name}", value)
-    found = matrix.subs(dict(given.values()), simultaneous=True)
-    return found if found.free_symbols else np.array(found.tolist(), dtype=float)
+    result = matrix.subs(dict(arguments.values()), simultaneous=True)
+    return result if result.free_symbols else np.array(result.tolist(), dtype=float)
 
 
 def _numeric(matrix: sp.Matrix, column: sp.Matrix, coefficients: list[list[sp.Expr]]) -> Array:
@@ -278,9 +278,9 @@ def _square(M: Any) -> sp.Matrix:
     return matrix
 
 
-def _exact(given: Any, name: str) -> sp.Matrix:
+def _exact(value: Any, name: str) -> sp.Matrix:
     """A matrix of numbers and expressions; text is refused, never read."""
-    entries: Any = np.asarray(given, dtype=object) if not isinstance(given, str) else np.zeros(0)
+    entries: Any = np.asarray(value, dtype=object) if not isinstance(value, str) else np.zeros(0)
     usable = entries.ndim in (1, 2) and entries.size > 0
     for entry in entries.flat:
         symbolic = isinstance(entry, sp.Expr) and entry.is_finite is not False
@@ -290,7 +290,7 @@ def _exact(given: Any, name: str) -> sp.Matrix:
         usable = usable and entry is not sp.nan and (symbolic or real)
     if not usable:
         raise InputError(
-            f"{name} = {check.quoted(given)} is not usable; give finite real numbers or "
+            f"{name} = {check.quoted(value)} is not usable; give finite real numbers or "
             "expressions, in rows of one length."
         )
     return sp.Matrix(entries.tolist())

@@ -1,7 +1,7 @@
 """Steady tracking errors of any diagram in closed form, for any test signal.
 
 A stable loop forgets how it began. What is left of the error after a polynomial is read off the
-Taylor coefficients of its transfer function at s = 0 (final-value theorem), and after a sine or an
+Laurent series of its transfer function at s = 0 (final-value theorem), and after a sine or an
 exponential off that function at jω or at the rate. Delays stay exact.
 """
 
@@ -54,13 +54,13 @@ def steady_error(
     be, and a rate or a frequency that is a pole.
     """
     transfer, series = _error(diagram, output, reference, source)
-    given = known("steady_error", diagram, values)
+    substitution = known("steady_error", diagram, values)
     if isinstance(signal, Power):
-        return _limit(transfer, series, given, signal.order, exact(signal.values[0]))
+        return _limit(transfer, series, substitution, signal.order, exact(signal.values[0]))
     if isinstance(signal, Sine | Cosine):
-        return _at(transfer, given, sp.I * exact(signal.omega), exact(signal.amplitude))
+        return _at(transfer, substitution, sp.I * exact(signal.omega), exact(signal.amplitude))
     if isinstance(signal, Exponential):
-        return _at(transfer, given, exact(signal.rate), exact(signal.amplitude))
+        return _at(transfer, substitution, exact(signal.rate), exact(signal.amplitude))
     raise InputError(f"steady_error: {signal!r} has no steady error; give {SIGNALS}.")
 
 
@@ -121,11 +121,11 @@ def _derived(diagram: Diagram, output: str, reference: str, source: str) -> tupl
     error = diagram.transfer(source, output) - diagram.transfer(source, reference)
     plain, delays = delays_as_symbols(calibrated(diagram, error), "transfer")
     num, den = sp.fraction(sp.cancel(sp.together(plain)))
-    late = {q: sp.exp(-delay * s) for q, delay in delays.items()}
+    exponentials = {q: sp.exp(-delay * s) for q, delay in delays.items()}
     # SymPy merges products of exponentials, and two spellings of one delay are one function.
-    transfer = sp.collect(num, s).xreplace(late) / den.xreplace(late)
-    first, found = laurent.laurent(transfer, 2)
-    return transfer, (first, tuple(_latency_apart(c) for c in found))
+    transfer = sp.collect(num, s).xreplace(exponentials) / den.xreplace(exponentials)
+    first, coefficients = laurent.laurent(transfer, 2)
+    return transfer, (first, tuple(_latency_apart(c) for c in coefficients))
 
 
 # Values ----------------------------------------------------------------------------------------
@@ -138,11 +138,11 @@ def _limit(
         powers = range(min(series[0], 0), order + 1)
         return [laurent.coefficient(series, k).xreplace(values) for k in powers]
 
-    found = constants(series)
-    if any(c.has(sp.nan, sp.zoo) for c in found):  # these values make a pole at s = 0, or less
-        found = constants(laurent.laurent(transfer.xreplace(values), order))
+    coefficients = constants(series)
+    if any(c.has(sp.nan, sp.zoo) for c in coefficients):  # these values change the poles at s = 0
+        coefficients = constants(laurent.laurent(transfer.xreplace(values), order))
     cases: list[tuple[sp.Expr, Any]] = []
-    for below in found[:-1]:
+    for below in coefficients[:-1]:
         if sp.simplify(below) == 0:
             continue
         # A lower constant makes the error grow without end, unless the symbols make it 0.
@@ -150,7 +150,7 @@ def _limit(
         if above.is_number or above.is_nonzero:
             return sp.Piecewise(*cases, (endless, True))
         cases.append((endless, sp.Ne(above, 0)))
-    return sp.Piecewise(*cases, (found[-1] * size, True))
+    return sp.Piecewise(*cases, (coefficients[-1] * size, True))
 
 
 def _at(transfer: sp.Expr, values: dict[Any, Any], point: sp.Expr, size: sp.Expr) -> sp.Expr:

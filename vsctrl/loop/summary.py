@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -13,12 +12,13 @@ from vsctrl.errors import InputError
 from vsctrl.loop.figure1 import Placement, figure1
 from vsctrl.loop.limits import fastest_gain, gain_limit
 from vsctrl.loop.tracking import tracking_error
+from vsctrl.tables import Printed, finite, text
 
 LEAST, MOST = 1e-30, 1e30  #: of a product that can still be multiplied and divided
 
 
-@dataclass(frozen=True)
-class Summary:
+@dataclass(frozen=True, repr=False)
+class Summary(Printed):
     """Margins, limits (s⁻¹), rightmost roots (rad/s) and steady errors per unit of speed (s).
 
     None stands for a limit that nothing sets, or a steady error that an unstable loop has not.
@@ -43,41 +43,36 @@ class Summary:
     roots: tuple[tuple[float, float], ...]
     error_per_speed: dict[str, float | None]
 
-    def json(self) -> str:
-        """The summary as JSON text."""
-        return json.dumps(asdict(self), indent=2, ensure_ascii=False)
-
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
+    def data(self) -> dict[str, Any]:
+        """The same as JSON takes it; every name with a unit of its own ends in it."""
+        return asdict(self)
 
     def __str__(self) -> str:
         verdict = "stable" if self.stable else f"UNSTABLE, {self.unstable_roots} roots on the right"
         if self.stable_as_sampled is not None:
             sampled = "stable" if self.stable_as_sampled else "UNSTABLE"
             verdict += f"; sampled: {sampled}"
-        lines = [
-            f"λ = {self.lam:g} s⁻¹, τ = {self.tau:g} s, κ = {self.kappa:g}, k_ff = {self.k_ff:g}",
-            f"{'continuous loop':28}{verdict}",
-            f"{'gain margin':28}{_shown(self.gain_margin)}",
-            f"{'phase margin':28}{_shown(self.phase_margin_rad, math.degrees(1))}°",
-            f"{'delay margin':28}{_shown(self.delay_margin_s, 1e3)} ms",
-            f"{'sensitivity peak Ms':28}{self.peak_sensitivity:.4f}",
-            f"{'stable up to':28}{_shown(self.limit_continuous)} s⁻¹{self._held('limit_sampled')}",
-            f"{'fastest, no oscillation':28}{_shown(self.fastest_continuous)} s⁻¹"
-            f"{self._held('fastest_sampled')}",
-            f"{'rightmost roots, rad/s':28}" + ", ".join(_root(*root) for root in self.roots),
-        ]
+        head = f"λ = {self.lam:g} s⁻¹, τ = {self.tau:g} s, κ = {self.kappa:g}, k_ff = {self.k_ff:g}"
+        rows = {
+            "continuous loop": verdict,
+            "gain margin": _shown(self.gain_margin),
+            "phase margin": f"{_shown(self.phase_margin_rad, math.degrees(1))}°",
+            "delay margin": f"{_shown(self.delay_margin_s, 1e3)} ms",
+            "sensitivity peak Ms": f"{self.peak_sensitivity:.4f}",
+            "stable up to": self._gains(self.limit_continuous, self.limit_sampled),
+            "fastest, no oscillation": self._gains(self.fastest_continuous, self.fastest_sampled),
+            "rightmost roots, rad/s": ", ".join(_root(*root) for root in self.roots),
+        }
         for placement, error in self.error_per_speed.items():
             value = "–" if error is None else f"{1e3 * error:+.4g} mm at 1 m/s".replace("-", "−")
-            lines.append(f"{'ramp error, ' + placement:28}{value}")
-        return "\n".join(lines)
+            rows[f"ramp error, {placement}"] = value
+        return f"{head}\n{text(rows.items(), '{:28}{}')}"
 
-    def _held(self, name: str) -> str:
-        value = getattr(self, name)
-        return (
-            "" if self.period is None else f", held over {1e3 * self.period:g} ms {_shown(value)}"
-        )
+    def _gains(self, continuous: float | None, sampled: float | None) -> str:
+        limit = f"{_shown(continuous)} s⁻¹"
+        if self.period is None:
+            return limit
+        return f"{limit}, held over {1e3 * self.period:g} ms {_shown(sampled)}"
 
 
 def summarise(
@@ -86,8 +81,8 @@ def summarise(
     """Margins, limits, roots and tracking errors of figure 1.
 
     `lam` in s⁻¹, `tau` and `period` in s. Errors: `InputError` for a gain, κ or period that is not
-    above 0, a negative delay, or numbers whose product
-    is too large or too small to compute with; `LimitError` for roots that are too many to count.
+    above 0, a negative delay, or numbers whose product is too large or too small to compute with;
+    `LimitError` for roots that are too many to count.
     """
     check.positive("gain", lam)
     check.positive("ratio", kappa)
@@ -114,14 +109,14 @@ def summarise(
         k_ff=k_ff,
         stable=margins.stable,
         unstable_roots=int(margins.unstable_roots),
-        gain_margin=_finite(margins.gain if margins.stable else margins.gain_down),
-        phase_margin_rad=_finite(margins.phase),
-        delay_margin_s=_finite(margins.delay),
+        gain_margin=finite(margins.gain if margins.stable else margins.gain_down),
+        phase_margin_rad=finite(margins.phase),
+        delay_margin_s=finite(margins.delay),
         peak_sensitivity=margins.peak_sensitivity,
-        limit_continuous=_finite(limits[0]),
+        limit_continuous=finite(float(limits[0])),
         limit_sampled=held[0],
         stable_as_sampled=None if period is None else lam < held[0],
-        fastest_continuous=_finite(limits[1]),
+        fastest_continuous=finite(float(limits[1])),
         fastest_sampled=held[1],
         roots=tuple((root.real, root.imag) for root in system.poles(4)),
         error_per_speed={
@@ -144,10 +139,6 @@ def _check_sizes(lam: float, kappa: float, tau: float) -> None:
         raise InputError(
             f"delay = {tau:g} s is not usable; give 0 s, or from {LEAST:g} to {MOST:g} s."
         )
-
-
-def _finite(value: Any) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 def _shown(value: float | None, factor: float = 1.0) -> str:

@@ -46,8 +46,8 @@ def nulling_feedforward(placement: Placement = "measurement", **values: float | 
     check_placement(placement)
     if "k_ff" in values:
         raise InputError("nulling_feedforward: 'k_ff' is what is asked for; leave it out.")
-    given = known("nulling_feedforward", diagram(placement), values)
-    return _nulling_feedforward(placement).xreplace(given)
+    substitution = known("nulling_feedforward", diagram(placement), values)
+    return _nulling_feedforward(placement).xreplace(substitution)
 
 
 def harmful_feedforward_gain(**values: float | sp.Expr) -> sp.Expr:
@@ -61,11 +61,11 @@ def harmful_feedforward_gain(**values: float | sp.Expr) -> sp.Expr:
     """
     if "lam" in values:
         raise InputError("harmful_feedforward_gain: 'lam' is what is asked for; leave it out.")
-    given = known("harmful_feedforward_gain", diagram(), values)
-    if given.get(tau) == 0:
-        above = (_harmful_feedforward_gain() * tau).xreplace(given)
+    substitution = known("harmful_feedforward_gain", diagram(), values)
+    if substitution.get(tau) == 0:
+        above = (_harmful_feedforward_gain() * tau).xreplace(substitution)
         return sp.Piecewise((sp.oo, sp.Ge(above, 0)), (-sp.oo, True))
-    return _harmful_feedforward_gain().xreplace(given)
+    return _harmful_feedforward_gain().xreplace(substitution)
 
 
 @cache

@@ -1,8 +1,7 @@
-"""Figure 1 made tolerant of its delay: ready diagrams.
+"""Diagrams of figure 1 with dead-time compensation: preview, Smith predictor, PI.
 
-Each remedy for dead time buys something and costs something; side by side, and with `steady_error`
-derived from their diagrams by one rule, it can be seen what. The remedy that needs nothing but a
-late reference, alignment, is `diagram("aligned")`.
+Each has an advantage and a price, which `steady_error` and the gain limits show by one rule for
+all. The compensation that needs nothing but a late reference, alignment, is `diagram("aligned")`.
 """
 
 from collections.abc import Mapping

@@ -7,8 +7,6 @@ there is no value: no steady lag, or a margin that nothing limits.
 
 from __future__ import annotations
 
-import cmath
-import math
 from importlib import metadata
 from typing import Any, Literal
 
@@ -16,9 +14,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from vsctrl.derive import ledger
 from vsctrl.report.verdict import Verdict
-from vsctrl.servo.results.outcome import outcome
-from vsctrl.study import Comparison, Examination, History, Row, Stability, Wave
-from vsctrl.study.statements import Statement, about
+from vsctrl.study import LoopReport
+from vsctrl.study.statements import about
 
 SCHEMA: Literal["vsctrl-report/1"] = "vsctrl-report/1"
 
@@ -217,149 +214,16 @@ class ReportData(_Table):
         return self.model_dump_json(by_alias=True, indent=2) + "\n"
 
 
-def report_data(found: Examination, verdict: Verdict) -> ReportData:
-    """The numbers of an examination."""
-    scenario, run = found.scenario, found.as_configured
-    own = None if run is None else outcome(run).data()
-    return ReportData(
-        schema=SCHEMA,
-        version=metadata.version("vsctrl"),
-        scenario={"digest": scenario.digest, **scenario.model_dump(mode="json")},
-        verdict=VerdictTable(kind=verdict.kind, sentences=verdict.sentences),
-        margins=_margins(found.stability),
-        limits=_limits(found.stability),
-        readings=tuple(
-            ReadingTable(
-                label=r.label,
-                lam=r.lam,
-                per_sample=r.per_sample,
-                gain_margin=_finite(r.margins.gain),
-                phase_margin_rad=_finite(r.margins.phase),
-                share_of_continuous=r.share_of_continuous,
-                share_of_sampled=r.share_of_sampled,
-                lag_without_feedforward_m=r.lag,
-                settling_s=r.settling,
-            )
-            for r in found.stability.readings
-        ),
-        pade=tuple(
-            PadeTable(
-                order=p.order,
-                gain_limit=p.gain_limit,
-                gain_limit_error=p.gain_limit_error,
-                step_error=p.step_error,
-            )
-            for p in found.stability.pade
-        ),
-        tracking=_tracking(found.comparison),
-        waves=tuple(_wave(one) for one in found.comparison.waves),
-        histories=tuple(_history(one) for one in found.comparison.histories),
-        as_configured=own,
-        beyond_theory=scenario.beyond_theory,
-        tracking_note=found.comparison.note,
-        ledger=tuple(
-            ClaimRow(**{name: getattr(claim, name) for name in ClaimRow.model_fields})
-            for claim in ledger()
-        ),
-        statements=tuple(map(_statement, about(scenario))),
+def report_data(result: LoopReport, verdict: Verdict) -> ReportData:
+    """The numbers of a report."""
+    return ReportData.model_validate(
+        {
+            **result.data(),
+            "schema": SCHEMA,
+            "version": metadata.version("vsctrl"),
+            "verdict": verdict,
+            "ledger": ledger(),
+            "statements": about(result.scenario).rows,
+        },
+        from_attributes=True,
     )
-
-
-def _statement(row: Statement) -> StatementRow:
-    cases = [CaseTable(**vars(case)) for case in row.cases]
-    names = set(StatementRow.model_fields) - {"cases"}
-    return StatementRow(cases=tuple(cases), **{name: getattr(row, name) for name in names})
-
-
-def _margins(found: Stability) -> MarginsTable:
-    exact, second = found.margins, found.second_opinion
-    return MarginsTable(
-        stable=exact.stable,
-        unstable_roots=int(exact.unstable_roots),
-        gain=_finite(exact.gain),
-        phase_rad=_finite(exact.phase),
-        delay_s=_finite(exact.delay),
-        peak_sensitivity=exact.peak_sensitivity,
-        python_control_pade_order=second.order,
-        python_control_gain=_finite(second.gain),
-        python_control_phase_rad=_finite(second.phase),
-        python_control_delay_s=_finite(second.delay),
-    )
-
-
-def _limits(found: Stability) -> LimitsTable:
-    limits, lam = found.limits, found.scenario.law.lam
-    return LimitsTable(
-        lam=lam,
-        stable_as_sampled=lam < limits.sampled,
-        continuous=_finite(limits.continuous),
-        sampled=_finite(limits.sampled),
-        fastest_continuous=_finite(limits.fastest_continuous),
-        fastest_sampled=_finite(limits.fastest_sampled),
-    )
-
-
-def _tracking(comparison: Comparison) -> tuple[TrackingRow, ...]:
-    return tuple(_row(row) for row in comparison.rows)
-
-
-def _row(row: Row) -> TrackingRow:
-    return TrackingRow(
-        case=row.case,
-        feedforward=row.feedforward,
-        delay_s=row.delay,
-        aligned=row.placement == "aligned",
-        placement=row.placement,
-        formula=str(row.formula),
-        analytic_m=row.analytic,
-        pade_m=row.pade,
-        exact_m=row.exact,
-        simulated_m=row.simulated,
-        simulated_s=row.lasted,
-        disagreement_m=row.disagreement,
-        allowed_m=row.tolerance,
-        agrees=row.agrees,
-        note=row.note,
-    )
-
-
-def _wave(one: Wave) -> WaveRow:
-    polar = {}
-    for way in ("analytic", "pade", "exact", "sampled", "simulated", "repaired"):
-        value = getattr(one, way)
-        polar[f"{way}_m"] = None if value is None else abs(value)
-        polar[f"{way}_rad"] = None if value is None else cmath.phase(value)
-    return WaveRow(
-        case=one.case,
-        feedforward=one.feedforward,
-        delay_s=one.delay,
-        placement=one.placement,
-        formula=str(one.formula),
-        **polar,
-        disagreement_m=None if one.disagreement is None else _finite(one.disagreement),
-        allowed_m=one.allowed,
-        agrees=one.agrees,
-        reason=one.reason,
-        note=one.note,
-    )
-
-
-def _history(one: History) -> HistoryRow:
-    return HistoryRow(
-        case=one.case,
-        feedforward=one.feedforward,
-        delay_s=one.delay,
-        placement=one.placement,
-        frames=len(one.simulated),
-        largest_m=one.largest,
-        rms_m=one.root_mean_square,
-        disagreement_m=_finite(one.disagreement),
-        allowed_m=one.allowed,
-        agrees=one.agrees,
-        reason=one.reason,
-        note=one.note,
-    )
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

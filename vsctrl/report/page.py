@@ -1,6 +1,6 @@
 """The report as one self-contained page: no script, no link to another host.
 
-The page is rendered from an examination by a template beside this module; all text is escaped, and
+The page is rendered from a `LoopReport` by a template beside this module; all text is escaped, and
 figures and formulas are elements of the page itself.
 """
 
@@ -23,11 +23,11 @@ from vsctrl import loop
 from vsctrl.derive import ledger
 from vsctrl.report import plots
 from vsctrl.report.verdict import Verdict
-from vsctrl.servo.results.outcome import outcome
-from vsctrl.study import Examination
+from vsctrl.study import LoopReport
 from vsctrl.study.plot_data import curves
 from vsctrl.study.statements import about
-from vsctrl.study.tracking.comparison import PADE_ORDER, millimetres, polar
+from vsctrl.study.tracking.sine_error import polar
+from vsctrl.study.tracking.steady_lag import PADE_ORDER, millimetres
 from vsctrl.symbols import T_s
 
 GENERATOR = "vsctrl"  #: in the page's <meta name="generator">, by which a report knows its own
@@ -36,7 +36,7 @@ _PARTED = 0.05  #: of the largest image error, from which on two lines are seen 
 _PACKAGES = ("numpy", "scipy", "sympy", "control", "matplotlib")
 
 
-def page(found: Examination, verdict: Verdict, command: str) -> str:
+def page(result: LoopReport, verdict: Verdict, command: str) -> str:
     """The text of ``index.html``; `command` is named in its footer."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("vsctrl.report"),
@@ -48,21 +48,21 @@ def page(found: Examination, verdict: Verdict, command: str) -> str:
     environment.filters |= {"mm": millimetres, "polar": polar, "math": mathml}
     return environment.get_template("report.html").render(
         generator=f"{GENERATOR} {version('vsctrl')}",
-        scenario=found.scenario,
+        scenario=result.scenario,
         verdict=verdict,
-        comparison=found.comparison,
-        stability=found.stability,
+        comparison=result.comparison,
+        stability=result.stability,
         pade_order=PADE_ORDER,
-        diagram=Markup(_diagram(found)),
-        formulas=_formulas(found),
-        figures=_figures(found),
-        seen=_seen(found),
-        ended=_ended(found),
+        diagram=Markup(_diagram(result)),
+        formulas=_formulas(result),
+        figures=_figures(result),
+        seen=_seen(result),
+        ended=_ended(result),
         claims=ledger(),
         counts=Counter(claim.status for claim in ledger()),
-        statements=about(found.scenario),
-        own=None if found.as_configured is None else outcome(found.as_configured),
-        sampled_in_closed_form=found.stability.sampled_in_closed_form,
+        statements=about(result.scenario),
+        own=result.outcome,
+        sampled_in_closed_form=result.stability.sampled_in_closed_form,
         command=command,
         versions=[("Python", platform.python_version())] + [(p, version(p)) for p in _PACKAGES],
     )
@@ -77,23 +77,23 @@ def mathml(expr: sp.Expr | str, display: bool = False) -> Markup:
     return Markup(re.sub(r' xmlns="[^"]*"', "", text))
 
 
-def _diagram(found: Examination) -> str:
+def _diagram(result: LoopReport) -> str:
     from vsctrl.diagram.picture.draw import svg
 
-    text = svg(loop.diagram(found.scenario.law.placement))
+    text = svg(loop.diagram(result.scenario.law.placement))
     return re.sub(r' xmlns="[^"]*"', "", text)
 
 
-def _seen(found: Examination) -> str:
+def _seen(result: LoopReport) -> str:
     """What the lines of the image error are: the truth, and what the law is shown of it."""
-    runs = (found.with_feedforward, found.without_feedforward)
+    runs = (result.with_feedforward, result.without_feedforward)
     true, shown = (
         [np.linalg.norm(getattr(run, name), axis=1) for run in runs]
         for name in ("error", "measured_error")
     )
     if max(map(np.max, true)) < _NOTHING:
         return "It is zero: the camera never leaves its reference."
-    latency, placement = found.scenario.vision.latency, found.scenario.law.placement
+    latency, placement = result.scenario.vision.latency, result.scenario.law.placement
     text = "Solid is the truth; dotted is what the law is shown"
     if not latency:
         return f"{text}, without latency the same."
@@ -108,9 +108,9 @@ def _seen(found: Examination) -> str:
     return f"{text} Notice where they part: a measured plot alone misjudges both laws."
 
 
-def _ended(found: Examination) -> list[str]:
+def _ended(result: LoopReport) -> list[str]:
     """The runs that ended early, each in a sentence."""
-    runs = {"without": found.without_feedforward, "with": found.with_feedforward}
+    runs = {"without": result.without_feedforward, "with": result.with_feedforward}
     return [
         f"The run {name} the derivative term ends early, at t = {run.t[-1]:g} s"
         + (
@@ -123,8 +123,8 @@ def _ended(found: Examination) -> list[str]:
     ]
 
 
-def _formulas(found: Examination) -> dict[str, Markup]:
-    placement = found.scenario.law.placement
+def _formulas(result: LoopReport) -> dict[str, Markup]:
+    placement = result.scenario.law.placement
     diagram = loop.diagram(placement)
     opened = diagram.open("S_meas")
     limit = r"\lambda_{\max} = "
@@ -140,38 +140,34 @@ def _formulas(found: Examination) -> dict[str, Markup]:
     }
 
 
-def _equation(left: str, right: Any) -> Markup:
-    return mathml(f"{left} = {sp.latex(right)}", display=True)
+def _equation(name: str, expr: Any) -> Markup:
+    return mathml(f"{name} = {sp.latex(expr)}", display=True)
 
 
-def _figures(found: Examination) -> dict[str, Markup]:
-    data = curves(found.stability)
-    drawn = {
-        "errors": plots.errors(found.with_feedforward, found.without_feedforward),
-        "top": plots.top_view(found.with_feedforward, found.without_feedforward),
-        "responses": plots.responses(data.times),
-        "bode": plots.bode(data.frequency, found.stability),
-        "nyquist": plots.nyquist(data.frequency, found.stability),
-    }
-    own = found.comparison.own_histories
-    if own:
-        runs = (found.without_feedforward, found.with_feedforward)
-        drawn["histories"] = plots.histories(found.comparison, own, runs)
-    if found.as_configured is not None:
-        drawn["own"] = plots.run_figure(found.as_configured)
+def _figures(result: LoopReport) -> dict[str, Markup]:
+    data = curves(result.stability)
+    stability, on, off = result.stability, result.with_feedforward, result.without_feedforward
+    figures: dict[str, Markup] = {}
+
+    def add(name: str, title: str, figure: Any) -> None:
+        figures[name] = Markup(plots.to_svg(figure, html.escape(title), name))
+
+    title = "Image error over time with and without the derivative term"
+    add("errors", title, plots.errors(on, off))
+    add("top", "Path of the camera seen from above", plots.top_view(on, off))
+    title = "Step response, Padé errors and tracking error on the ramp"
+    add("responses", title, plots.responses(data.times))
+    add("bode", "Bode plot of the opened loop with margins", plots.bode(data.frequency, stability))
+    add("nyquist", "Nyquist plot of the opened loop", plots.nyquist(data.frequency, stability))
+    if own := result.comparison.own_histories:
+        title = "First point in the image and lag of the camera over time"
+        add("histories", title, plots.histories(result.comparison, own, (off, on)))
+    if (run := result.as_configured) is not None:
+        add("own", "The run as configured: image, errors, twist and lag", plots.run_figure(run))
     if data.locus is not None:
-        drawn["locus"] = plots.root_locus(data.locus, found.stability)
-    titles = {
-        "errors": "Image error over time with and without the derivative term",
-        "top": "Path of the camera seen from above",
-        "histories": "First point in the image and lag of the camera over time",
-        "responses": "Step response, Padé errors and tracking error on the ramp",
-        "bode": "Bode plot of the opened loop with margins",
-        "nyquist": "Nyquist plot of the opened loop",
-        "own": "The run as configured: image, errors, twist and lag",
-        "locus": "Characteristic roots as the gain grows",
-    }
-    return {
-        name: Markup(plots.to_svg(figure, html.escape(titles[name]), name))
-        for name, figure in drawn.items()
-    }
+        add(
+            "locus",
+            "Characteristic roots as the gain grows",
+            plots.root_locus(data.locus, stability),
+        )
+    return figures

@@ -2,49 +2,53 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from decimal import Decimal
+from typing import TypeVar
 
 import numpy as np
 
 from vsctrl.servo import Run, Scenario
-from vsctrl.study import Comparison, Examination, History, Row, Wave
+from vsctrl.study import Comparison, History, LoopReport, SteadyLag, Wave
+
+Case = TypeVar("Case", SteadyLag, Wave)
 
 EXACT = 1e-12  #: a lag (m) that is nothing but rounding
 SEEN = 0.2  #: a measured error is said to hide the true one below this share of it
 
 
-def tracking(found: Examination) -> list[str]:
+def tracking(result: LoopReport) -> list[str]:
     """The lag with and without the derivative term, and what a measured plot shows of it."""
-    comparison = found.comparison
+    comparison = result.comparison
     if comparison.waves:
-        return _sine(found)
+        return _sine(result)
     # A run that was too short for its transient has a lag, but no steady one.
-    latency = found.scenario.vision.latency
-    rows = _own_rows(found).items() if comparison.rows else ()
-    own = [row for (_, late), row in rows if late == latency]
+    latency = result.scenario.vision.latency
+    rows = _own(result, result.comparison.row).items() if comparison.rows else ()
+    own = [row for (_, delay), row in rows if delay == latency]
     short = any(row.simulated is not None and row.analytic is None for row in own)
     if comparison.rows and not (comparison.on_legs and short):
-        return _steady(found)
-    return _at_every_frame(found)
+        return _steady(result)
+    return _at_every_frame(result)
 
 
-def agreement(found: Comparison) -> list[str]:
+def agreement(comparison: Comparison) -> list[str]:
     """How well the ways agree, each kind of comparison in a sentence."""
-    if not (found.rows or found.waves or found.histories):
-        return [found.note]
-    out = [_agreement(found)] if found.rows else []
-    out += [_sines_agree(found)] if found.waves else []
-    out += [_frames_agree(found)] if found.histories else []
+    if not (comparison.rows or comparison.waves or comparison.histories):
+        return [comparison.note]
+    out = [_agreement(comparison)] if comparison.rows else []
+    out += [_sines_agree(comparison)] if comparison.waves else []
+    out += [_frames_agree(comparison)] if comparison.histories else []
     return out
 
 
 # Steady lags -----------------------------------------------------------------------------------
-def _steady(found: Examination) -> list[str]:
+def _steady(result: LoopReport) -> list[str]:
     """Of a constant twist, or at the end of each leg of a triangle."""
-    latency, rows = found.scenario.vision.latency, _own_rows(found)
-    leg = " on each leg" if found.comparison.on_legs else ""
-    ideal, late = (rows[False, 0.0], rows[True, 0.0]), (rows[False, latency], rows[True, latency])
-    known, settles = (all(_lag(row) is not None for row in pair) for pair in (ideal, late))
+    latency, rows = result.scenario.vision.latency, _own(result, result.comparison.row)
+    leg = " on each leg" if result.comparison.on_legs else ""
+    ideal, own = (rows[False, 0.0], rows[True, 0.0]), (rows[False, latency], rows[True, latency])
+    known, settles = (all(_lag(row) is not None for row in pair) for pair in (ideal, own))
     if not known and not settles:
         return []
     if not latency:
@@ -56,20 +60,20 @@ def _steady(found: Examination) -> list[str]:
         return [
             f"Without latency the camera would settle {_position(ideal[0])} its reference{leg} "
             f"without the derivative term, {_short(ideal[1])} with it. "
-            f"{_late(found.scenario)} it does not settle."
+            f"{_late(result.scenario)} it does not settle."
         ]
     out = [
-        f"{_late(found.scenario)} and without the derivative term, the camera settles "
-        f"{_position(late[0])} its reference{leg}; with the derivative term it settles "
-        f"{_position(late[1])} it."
+        f"{_late(result.scenario)} and without the derivative term, the camera settles "
+        f"{_position(own[0])} its reference{leg}; with the derivative term it settles "
+        f"{_position(own[1])} it."
     ]
     if known:
         out[0] += (
             f" Without the latency it would be {_short(ideal[0])} without the term and "
             f"{_short(ideal[1])} with it."
         )
-    if abs(_lag(late[1]) or 0.0) > 1e-5 and (hidden := _hidden(found)):
-        nulling = found.stability.nulling_feedforward
+    if abs(_lag(own[1]) or 0.0) > 1e-5 and (hidden := _hidden(result)):
+        nulling = result.stability.nulling_feedforward
         out.append(
             f"{hidden} Delaying the reference by the same time (aligned) removes the lead{leg}; so "
             f"does k_ff = {nulling:.3g}."
@@ -77,17 +81,15 @@ def _steady(found: Examination) -> list[str]:
     return out
 
 
-def _own_rows(found: Examination) -> dict[tuple[bool, float], Row]:
-    """The rows of the scenario's own latency and placement and of none, by k_ff and latency."""
-    latency, comparison = found.scenario.vision.latency, found.comparison
+def _own(result: LoopReport, pick: Callable[..., Case]) -> dict[tuple[bool, float], Case]:
+    """The cases of the scenario's own latency and placement and of none, by k_ff and latency."""
+    placement = result.scenario.law.placement
     return {
-        (on, late): comparison.row(
-            feedforward=on,
-            delay=late,
-            placement=found.scenario.law.placement if late else "measurement",
+        (on, delay): pick(
+            feedforward=on, delay=delay, placement=placement if delay else "measurement"
         )
         for on in (False, True)
-        for late in (0.0, latency)
+        for delay in (0.0, result.scenario.vision.latency)
     }
 
 
@@ -101,16 +103,16 @@ def _late(scenario: Scenario) -> str:
     }[scenario.law.placement]
 
 
-def _hidden(found: Examination) -> str:
+def _hidden(result: LoopReport) -> str:
     """That the law does not see its error, where that is so; else empty."""
-    run = found.with_feedforward
-    if not run.status.ok or found.scenario.law.placement != "measurement":
+    run = result.with_feedforward
+    if not run.status.ok or result.scenario.law.placement != "measurement":
         return ""
-    whole = bool(found.comparison.histories)
-    true, seen = (_size_in_image(run, e, whole) for e in ("error", "measured_error"))
+    changes = bool(result.comparison.histories)
+    true, seen = (_size_in_image(run, e, changes) for e in ("error", "measured_error"))
     if not seen < SEEN * true:
         return ""
-    mean = " (median)" if whole else ""
+    mean = " (median)" if changes else ""
     return (
         f"No measured plot shows this: with the derivative term the law sees an error of "
         f"{seen:.1f} px while the true one is {true:.1f} px{mean}, because it compares an old "
@@ -118,23 +120,17 @@ def _hidden(found: Examination) -> str:
     )
 
 
-def _size_in_image(run: Run, which: str, whole: bool) -> float:
+def _size_in_image(run: Run, which: str, changes: bool) -> float:
     """E over all points, px: of the last frame, or the median over the later half of a run."""
     e = np.linalg.norm(getattr(run, which), axis=1)
     # A median, which the few frames after a turn do not change.
-    return float(np.median(e[len(e) // 2 :])) if whole else float(e[-1])
+    return float(np.median(e[len(e) // 2 :])) if changes else float(e[-1])
 
 
 # Sines -----------------------------------------------------------------------------------------
-def _sine(found: Examination) -> list[str]:
-    latency, comparison = found.scenario.vision.latency, found.comparison
-    waves = {
-        (on, late): comparison.wave(
-            feedforward=on, delay=late, placement=_placement(comparison, late)
-        )
-        for on in (False, True)
-        for late in (0.0, latency)
-    }
+def _sine(result: LoopReport) -> list[str]:
+    latency, comparison = result.scenario.vision.latency, result.comparison
+    waves = _own(result, comparison.wave)
     if any(waves[on, 0.0].simulated is None for on in (False, True)):
         return []
     ideal = [_swing(waves[on, 0.0]) for on in (False, True)]
@@ -143,15 +139,15 @@ def _sine(found: Examination) -> list[str]:
     if any(waves[on, latency].simulated is None for on in (False, True)):
         return [
             f"Without latency the error would be a sine, {ideal[0]} without the derivative term "
-            f"and {ideal[1]} with it. {_late(found.scenario)} the camera does not settle."
+            f"and {ideal[1]} with it. {_late(result.scenario)} the camera does not settle."
         ]
-    late = [_swing(waves[on, latency]) for on in (False, True)]
+    own = [_swing(waves[on, latency]) for on in (False, True)]
     out = [
-        f"{_late(found.scenario)} the error is a sine: {late[0]} without the derivative term, "
-        f"{late[1]} with it. Without the latency it would be {ideal[0]} without the term and "
+        f"{_late(result.scenario)} the error is a sine: {own[0]} without the derivative term, "
+        f"{own[1]} with it. Without the latency it would be {ideal[0]} without the term and "
         f"{ideal[1]} with it."
     ]
-    if hidden := _hidden(found):
+    if hidden := _hidden(result):
         aligned = comparison.wave(feedforward=True, delay=latency, placement="aligned")
         size = abs(aligned.simulated or 0.0)
         out.append(
@@ -170,35 +166,30 @@ def _swing(wave: Wave) -> str:
     return f"±{_size(abs(value))}{side}"
 
 
-def _placement(found: Comparison, late: float) -> str:
-    placement = found.scenario.law.placement
-    return "measurement" if placement == "actuator" and not late else placement
-
-
 # Any motion ------------------------------------------------------------------------------------
-def _at_every_frame(found: Examination) -> list[str]:
-    own = found.comparison.own_histories
-    sizes = [_largest(one) for one in own if not one.note]
+def _at_every_frame(result: LoopReport) -> list[str]:
+    own = result.comparison.own_histories
+    sizes = [_largest(history) for history in own if not history.note]
     if len(sizes) < 2:
         return []
-    late = f"{_late(found.scenario)} the" if found.scenario.vision.latency else "The"
+    subject = f"{_late(result.scenario)} the" if result.scenario.vision.latency else "The"
     return [
-        f"The lag changes along this motion. {late} largest is {sizes[0]} without the derivative "
-        f"term, {sizes[1]} with it."
+        f"The lag changes along this motion. {subject} largest is {sizes[0]} without the "
+        f"derivative term, {sizes[1]} with it."
     ]
 
 
-def _largest(one: History) -> str:
-    return f"{_size(one.largest)} ({_size(one.root_mean_square)} root mean square)"
+def _largest(history: History) -> str:
+    return f"{_size(history.largest)} ({_size(history.root_mean_square)} root mean square)"
 
 
 # Agreement -------------------------------------------------------------------------------------
-def _agreement(found: Comparison) -> str:
-    rows = found.rows
+def _agreement(comparison: Comparison) -> str:
+    rows = comparison.rows
     compared = [row for row in rows if row.agrees is not None]
     if not compared:
         return "No case has a steady lag to compare."
-    size = _close(found.largest_disagreement or 0.0)
+    size = _close(comparison.largest_disagreement or 0.0)
     four = "Closed form, Padé model, exact delay and six-degree-of-freedom simulation"
     bad = sum(not row.agrees for row in compared)
     if not bad:
@@ -207,7 +198,7 @@ def _agreement(found: Comparison) -> str:
     if any(row.contradicted for row in rows):
         return text + ": a simulation ran away where the loop should be stable. See the table."
     text += f", by up to {size}"
-    if not found.exact_motion:
+    if not comparison.exact_motion:
         text += (
             ". This motion turns or changes depth, for which the loop of figure 1 is only the "
             "first order: small differences are curvature"
@@ -215,8 +206,8 @@ def _agreement(found: Comparison) -> str:
     return text + ". See the table."
 
 
-def _sines_agree(found: Comparison) -> str:
-    compared = [wave for wave in found.waves if wave.agrees is not None]
+def _sines_agree(comparison: Comparison) -> str:
+    compared = [wave for wave in comparison.waves if wave.agrees is not None]
     if not compared:
         return "No case has a steady sine to compare."
     bad = sum(not wave.agrees for wave in compared)
@@ -226,45 +217,45 @@ def _sines_agree(found: Comparison) -> str:
     )
     if bad:
         return f"{pairs} disagree in {bad} of {len(compared)} cases. See the table."
-    within = _close(found.largest_disagreement or 0.0)
-    return f"{pairs} agree in {len(compared)} of {len(found.waves)} cases, to {within}."
+    within = _close(comparison.largest_disagreement or 0.0)
+    return f"{pairs} agree in {len(compared)} of {len(comparison.waves)} cases, to {within}."
 
 
-def _frames_agree(found: Comparison) -> str:
-    every = found.histories
-    bad = sum(not one.agrees for one in every)
-    both = len(every) + len(found.missing)
-    rest = f" that are stable as sampled; {both - len(every)} are not" if found.missing else ""
+def _frames_agree(comparison: Comparison) -> str:
+    every = comparison.histories
+    bad = sum(not history.agrees for history in every)
+    both = len(every) + len(comparison.missing)
+    rest = f" that are stable as sampled; {both - len(every)} are not" if comparison.missing else ""
     where = f"in the {len(every)} of {both} cases that are stable as sampled, " if rest else ""
     loop = "figure 1 with its velocity held over a frame"
     if bad:
         return f"Frame by frame the simulation leaves {loop} in {bad} of {len(every)} cases{rest}."
-    within = _close(max(one.disagreement for one in every))
-    first = "" if found.exact_motion else ", its first order,"
+    within = _close(max(history.disagreement for history in every))
+    first = "" if comparison.exact_motion else ", its first order,"
     return f"At every frame the simulation is {where}where {loop}{first} has it, to {within}."
 
 
 # Numbers ---------------------------------------------------------------------------------------
-def _close(apart: float) -> str:
+def _close(difference: float) -> str:
     """A small difference, m, in the unit that suits it."""
-    if apart >= 1e-4:
-        return f"{_digits(1e3 * apart, 2)} mm"
-    return f"{_digits(1e6 * apart, 2)} µm" if apart >= 1e-9 else "less than a nanometre"
+    if difference >= 1e-4:
+        return f"{_digits(1e3 * difference, 2)} mm"
+    return f"{_digits(1e6 * difference, 2)} µm" if difference >= 1e-9 else "less than a nanometre"
 
 
-def _lag(row: Row) -> float | None:
+def _lag(row: SteadyLag) -> float | None:
     """The steady lag where there is one that the simulation has shown, m."""
     return row.analytic if row.simulated is not None else None
 
 
-def _position(row: Row) -> str:
+def _position(row: SteadyLag) -> str:
     value = _lag(row) or 0.0
     if abs(value) < EXACT:
         return "exactly on"
     return f"{_size(value)} behind" if value < 0 else f"{_size(value)} ahead of"
 
 
-def _short(row: Row) -> str:
+def _short(row: SteadyLag) -> str:
     value = _lag(row) or 0.0
     if abs(value) < EXACT:
         return "exactly on it"

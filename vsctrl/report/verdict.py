@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vsctrl.report.sentences import agreement, tracking
-from vsctrl.servo.results.outcome import notice, outcome
-from vsctrl.study import Examination
+from vsctrl.servo.results.outcome import notice
+from vsctrl.study import LoopReport
 
 
 @dataclass(frozen=True)
@@ -19,44 +19,38 @@ class Verdict:
     sentences: tuple[str, ...]
 
 
-def verdict(found: Examination) -> Verdict:
-    """Read an examination: the lag with and without the derivative term, agreement, headroom."""
-    stable = found.stability.is_stable
-    agrees, nothing = found.comparison.agrees, bool(found.comparison.note)
+def verdict(result: LoopReport) -> Verdict:
+    """Read a report: the lag with and without the derivative term, agreement, headroom."""
+    stable = result.stability.is_stable
+    agrees, nothing = result.comparison.agrees, bool(result.comparison.note)
     sentences = [
-        *([] if stable else [_unstable(found)]),
-        *tracking(found),
-        *agreement(found.comparison),
-        *([_headroom(found)] if stable else []),
-        *_as_configured(found),
+        *([] if stable else [_unstable(result)]),
+        *tracking(result),
+        *agreement(result.comparison),
+        *([_headroom(result)] if stable else []),
+        *_as_configured(result),
     ]
-    own = None if found.as_configured is None else outcome(found.as_configured)
+    own = result.outcome
     fine = (agrees or nothing) and (own is None or own.settled)
     failed = not stable or (own is not None and not own.status.ok)
     return Verdict("bad" if failed else "good" if fine else "warning", tuple(sentences))
 
 
-def _as_configured(found: Examination) -> list[str]:
+def _as_configured(result: LoopReport) -> list[str]:
     """What the scenario has that theory leaves out, and how its own run ended."""
-    run = found.as_configured
-    if run is None:
+    if result.outcome is None:
         return []
-    names = list(found.scenario.beyond_theory)
+    names = list(result.scenario.beyond_theory)
     listed = ", ".join(names[:-1]) + " and " + names[-1] if len(names) > 1 else names[0]
     return [
         f"All this is the loop of figure 1, and this scenario is more: theory leaves out {listed}. "
-        f"As configured: {notice(outcome(run))}"
+        f"As configured: {notice(result.outcome)}"
     ]
 
 
-def _subject(found: Examination) -> str:
-    """What is stable or not: the loop of figure 1 alone, where the scenario is more."""
-    return "The loop" if found.as_configured is None else "The loop of figure 1 by itself"
-
-
-def _direction(found: Examination) -> str:
+def _direction(result: LoopReport) -> str:
     """Which direction a limit is that of, where it is not the motion's own."""
-    first, along = found.stability.ratio, found.stability.ratio_along_motion
+    first, along = result.stability.ratio, result.stability.ratio_along_motion
     if math.isclose(first, along, rel_tol=1e-9):
         return ""
     return (
@@ -66,34 +60,28 @@ def _direction(found: Examination) -> str:
     )
 
 
-def _fold(factor: float) -> str:
-    return f"{factor:.2g}-fold" if factor < 100 else f"{factor:.0f}-fold"
-
-
-def _unstable(found: Examination) -> str:
-    law, period = found.scenario.law, found.scenario.vision.period
-    limits = found.stability.limits
+def _unstable(result: LoopReport) -> str:
+    law, period = result.scenario.law, result.scenario.vision.period
+    limits, kappa = result.stability.limits, result.stability.ratio
+    calibration = "" if kappa == 1 else f" and a calibration with κ = {kappa:.3g}"
     text = (
         f"This loop is unstable: λ = {law.lam:g} s⁻¹ is above {limits.sampled:.2f} s⁻¹, the most "
-        f"that {1e3 * found.scenario.vision.latency:g} ms of latency"
-        f"{_calibration(found.stability.ratio)} allow when the velocity is held over "
-        f"{1e3 * period:g} ms"
+        f"that {1e3 * result.scenario.vision.latency:g} ms of latency"
+        f"{calibration} allow when the velocity is held over {1e3 * period:g} ms"
     )
     if law.lam < limits.continuous < math.inf:
         text += f" (continuous-time theory would still allow {limits.continuous:.2f} s⁻¹)"
     text += f". Lower λ: {limits.fastest_sampled:.2f} s⁻¹ is the fastest without oscillation."
-    return text + _direction(found)
+    return text + _direction(result)
 
 
-def _calibration(ratio: float) -> str:
-    return "" if ratio == 1 else f" and a calibration with κ = {ratio:.3g}"
-
-
-def _headroom(found: Examination) -> str:
-    lam, limits = found.scenario.law.lam, found.stability.limits
+def _headroom(result: LoopReport) -> str:
+    lam, limits = result.scenario.law.lam, result.stability.limits
     factor = limits.sampled / lam
+    subject = "The loop" if result.as_configured is None else "The loop of figure 1 by itself"
     text = (
-        f"{_subject(found)} is stable: λ = {lam:g} s⁻¹ may be raised {_fold(factor)}, to "
+        f"{subject} is stable: λ = {lam:g} s⁻¹ may be raised "
+        f"{f'{factor:.2g}' if factor < 100 else f'{factor:.0f}'}-fold, to "
         f"{limits.sampled:.2f} s⁻¹, before it shakes"
     )
     if math.isfinite(limits.continuous) and limits.continuous > 1.01 * limits.sampled:
@@ -101,4 +89,4 @@ def _headroom(found: Examination) -> str:
         text += (
             f"; continuous-time theory, {limits.continuous:.2f} s⁻¹, promises {share:.0%} too much"
         )
-    return text + "." + _direction(found)
+    return text + "." + _direction(result)

@@ -8,29 +8,29 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from vsctrl.errors import InputError
+from vsctrl.files import write_all
 from vsctrl.report.data import SCHEMA, report_data
 from vsctrl.report.page import GENERATOR, page
 from vsctrl.report.verdict import verdict
 from vsctrl.servo import Scenario
-from vsctrl.study import Examination, examine
+from vsctrl.study import LoopReport, examine
 
 PAGE, DATA = "index.html", "report.json"
 
 
 @dataclass(frozen=True)
 class Report:
-    """A written report: its files and the examination that they show."""
+    """A written report: its files, the numbers behind them, and the first lines of its page."""
 
     page: Path
     data: Path
-    examination: Examination
+    result: LoopReport
     sentences: tuple[str, ...]
 
 
@@ -51,15 +51,16 @@ def write_report(
     folder = Path(out)
     made = _prepare(folder)
     try:
-        found = examine(scenario, progress)
+        result = examine(scenario, progress)
         progress("page and figures")
-        said = verdict(found)
-        texts = {PAGE: page(found, said, command), DATA: report_data(found, said).text()}
+        conclusion = verdict(result)
+        data = report_data(result, conclusion).text()
+        texts = {PAGE: page(result, conclusion, command), DATA: data}
         _write(folder, texts)
     except BaseException:
         _remove(made)
         raise
-    return Report(folder / PAGE, folder / DATA, found, said.sentences)
+    return Report(folder / PAGE, folder / DATA, result, conclusion.sentences)
 
 
 def _prepare(folder: Path) -> list[Path]:
@@ -100,11 +101,11 @@ def _is_our_page(path: Path) -> bool:
 
 def _is_our_data(path: Path) -> bool:
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return False
     kind = SCHEMA.partition("/")[0]
-    return isinstance(found, dict) and str(found.get("schema", "")).startswith(f"{kind}/")
+    return isinstance(content, dict) and str(content.get("schema", "")).startswith(f"{kind}/")
 
 
 def _remove(made: list[Path]) -> None:
@@ -115,38 +116,11 @@ def _remove(made: list[Path]) -> None:
 
 
 def _write(folder: Path, texts: dict[str, str]) -> None:
-    """Write every file under a temporary name, then rename them all, or put back what was there."""
-    waiting: dict[Path, Path] = {}
-    kept: dict[Path, Path | None] = {}
+    """Write all files or none."""
     try:
-        for name, text in texts.items():
-            waiting[folder / name] = _temporary(folder, name, text.encode())
-        for path, temporary in waiting.items():
-            kept[path] = _temporary(folder, path.name, path.read_bytes()) if path.exists() else None
-            temporary.replace(path)
+        write_all({folder / name: text for name, text in texts.items()})
     except OSError as error:
-        for path, older in kept.items():
-            with contextlib.suppress(OSError):
-                older.replace(path) if older else path.unlink(missing_ok=True)
         raise InputError(
             f"out: the report cannot be written to {folder} ({error.strerror}); free some space "
             "or name another folder with --out."
         ) from None
-    finally:
-        for left in (*waiting.values(), *kept.values()):
-            if left is not None:
-                with contextlib.suppress(OSError):
-                    left.unlink(missing_ok=True)
-
-
-def _temporary(folder: Path, name: str, content: bytes) -> Path:
-    """A new file beside the one it will become, readable like any other."""
-    handle, path = tempfile.mkstemp(dir=folder, prefix=f".{name}-")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        Path(path).chmod(0o644)
-    except OSError:
-        Path(path).unlink()
-        raise
-    return Path(path)

@@ -1,42 +1,28 @@
 """What can go wrong in a run, in sentences, and whether the run then ends or goes on."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vsctrl.servo.results.run import Event, Kind, Status
-
-if TYPE_CHECKING:
-    from vsctrl.servo.robot.joints import Stop
-    from vsctrl.servo.scenario.options import FaultsTable
-
-Array = NDArray[np.float64]
-
-#: The key of [faults] that decides about each kind; what is not here always ends the run.
-POLICY: dict[Kind, str] = {
-    "target behind camera": "on_behind",
-    "too few points": "on_lost",
-    "all points lost": "on_lost",
-    "rank loss": "on_rank_loss",
-    "pose not found": "on_rank_loss",
-    "joint limit": "on_joint_limit",
-}
-#: Kinds whose frame has an image and a command still.
-SEEN: frozenset[Kind] = frozenset(POLICY) - {"target behind camera"}
+from vsctrl.servo.arrays import Array
+from vsctrl.servo.results.status import POLICY, Event, Kind, Status
+from vsctrl.servo.robot.joints import Stop
 
 
 class Faults:
-    """The faults of a run so far; it evolves with the run."""
+    """The faults of a run so far; it evolves with the run.
 
-    def __init__(self, table: "FaultsTable") -> None:
-        self._table = table
+    policy: "end" or "continue" by the keys of [faults].
+    """
+
+    def __init__(self, policy: Mapping[str, str]) -> None:
+        self._policy = policy
         self._first: dict[str, tuple[int, str]] = {}
         self._frames: dict[str, int] = {}
 
     def met(self, kind: Kind, frame: int, sentence: str) -> Status | None:
         """A fault at a frame: the status that ends the run, or None where it goes on."""
-        if kind not in POLICY or getattr(self._table, POLICY[kind]) == "end":
+        if kind not in POLICY or self._policy[POLICY[kind]] == "end":
             return Status(False, kind, frame, sentence)
         self.noted(kind, frame, sentence)
         return None
@@ -52,7 +38,7 @@ class Faults:
 
     def events(self) -> tuple[Event, ...]:
         """All that the run went on in spite of, in the order in which it began."""
-        found = [
+        events = [
             Event(
                 kind,
                 frame,
@@ -61,7 +47,7 @@ class Faults:
             )
             for kind, (frame, sentence) in self._first.items()
         ]
-        return tuple(sorted(found, key=lambda event: event.frame))
+        return tuple(sorted(events, key=lambda event: event.frame))
 
 
 def completed(n: int) -> Status:
@@ -69,18 +55,19 @@ def completed(n: int) -> Status:
     return Status(True, "completed", n - 1, f"The run completed all {n} frames.")
 
 
-def diverged(k: int, t: float, farthest: float, still: bool, held: int | None) -> str:
+def diverged(k: int, t: float, farthest: float, still: bool, saturated: int | None) -> str:
     """The camera is farther away than any image would show.
 
-    still: neither target nor reference moves, so that nothing outran the camera; held: the first
-    frame in which the robot's limits held it back, None if they never did.
+    still: neither target nor reference moves, so that nothing outran the camera; saturated: the
+    first frame in which the robot's limits held it back, None if they never did.
     """
     remedy = "Lower law.lam or vision.latency"
-    if held is not None:
+    if saturated is not None:
         less = "start nearer to the reference" if still else "slow down what it follows"
         why = (
-            f"The robot's limits held it back, first in frame {held}: they are too low, or the "
-            f"loop is unstable. {remedy} if it shakes, else raise the limits of [robot] or {less}."
+            f"The robot's limits held it back, first in frame {saturated}: they are too low, or "
+            f"the loop is unstable. {remedy} if it shakes, else raise the limits of [robot] or "
+            f"{less}."
         )
     elif still:
         why = (
@@ -107,10 +94,10 @@ def behind(k: int, t: float, z: Array) -> str:
     )
 
 
-def lost(k: int, t: float, left: int) -> tuple[Kind, str]:
+def lost(k: int, t: float, seen: int) -> tuple[Kind, str]:
     """The image that the law is shown has fewer than three points."""
-    kind: Kind = "too few points" if left else "all points lost"
-    shows = f"only {left} of the points" if left else "none of the points"
+    kind: Kind = "too few points" if seen else "all points lost"
+    shows = f"only {seen} of the points" if seen else "none of the points"
     return kind, (
         f"At frame {k} (t = {t:g} s) the image showed {shows}, and three are needed. Choose "
         "another motion, more points, or a larger camera.size_px."
@@ -134,7 +121,7 @@ def no_pose(k: int, t: float) -> str:
     )
 
 
-def stopped(k: int, t: float, stop: "Stop") -> str:
+def stopped(k: int, t: float, stop: Stop) -> str:
     """A joint of the robot is at its end, or it was sent nowhere that is a number."""
     if stop.joint is None:
         return (

@@ -1,54 +1,37 @@
 """The arrays that a run fills frame by frame, and the Run that is made of them."""
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
+from dataclasses import fields
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vsctrl.servo.control.depths import SeenDepths
-from vsctrl.servo.faults import SEEN, Faults
+from vsctrl.servo.control.controller import Controller
+from vsctrl.servo.control.depths import EstimatedDepths
+from vsctrl.servo.control.reference_image import Plan
+from vsctrl.servo.faults import Faults
 from vsctrl.servo.pose import inverse, log
-from vsctrl.servo.results.run import Run, Status
-
-if TYPE_CHECKING:
-    from vsctrl.servo.control.controller import Controller
-    from vsctrl.servo.control.reference_image import Plan
-    from vsctrl.servo.robot.carrier import Carrier
-    from vsctrl.servo.scenario import Scenario
-
-Array = NDArray[np.float64]
+from vsctrl.servo.results.run import Run
+from vsctrl.servo.results.status import SEEN, Status
+from vsctrl.servo.robot.carrier import Carrier
+from vsctrl.servo.scenario import Scenario
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class Record:
     """What is known of n frames with p points and m features; each frame writes its row."""
 
-    pose: Array
-    features: Array
-    depths: Array
-    visible: NDArray[np.bool_]
-    measured_error: Array
-    command: Array
-
-    @classmethod
-    def of(cls, n: int, p: int, m: int) -> "Record":
-        """An empty record."""
-        return cls(
-            pose=np.empty((n, 4, 4)),
-            features=np.empty((n, 2 * p)),
-            depths=np.empty((n, p)),
-            visible=np.ones((n, p), dtype=bool),
-            measured_error=np.empty((n, m)),
-            command=np.empty((n, 6)),
-        )
+    def __init__(self, n: int, p: int, m: int) -> None:
+        self.pose = np.empty((n, 4, 4))
+        self.features = np.empty((n, 2 * p))
+        self.depths = np.empty((n, p))
+        self.visible = np.ones((n, p), dtype=bool)
+        self.measured_error = np.empty((n, m))
+        self.command = np.empty((n, 6))
 
     def run(
         self,
-        scenario: "Scenario",
-        plan: "Plan",
-        carrier: "Carrier",
-        controller: "Controller",
+        scenario: Scenario,
+        plan: Plan,
+        carrier: Carrier,
+        controller: Controller,
         status: Status,
         faults: Faults,
     ) -> Run:
@@ -60,7 +43,7 @@ class Record:
         twist[: len(moved)] = moved
         pose, reference_pose = self.pose[:n], plan.pose[:n]
         joints, depths = carrier.joints, getattr(controller, "depths", None)
-        seen = depths if isinstance(depths, SeenDepths) else None
+        estimated = depths if isinstance(depths, EstimatedDepths) else None
         run = Run(
             scenario=scenario,
             t=scenario.t[:n],
@@ -78,8 +61,8 @@ class Record:
             status=status,
             events=faults.events(),
             joints=None if joints is None else joints[:n],
-            depth_estimate=None if seen is None else seen.estimates[:n],
-            excitation=None if seen is None else seen.excitation[:n],
+            depth_estimate=None if estimated is None else estimated.estimates[:n],
+            excitation=None if estimated is None else estimated.excitation[:n],
         )
         for field in fields(run):
             value = getattr(run, field.name)

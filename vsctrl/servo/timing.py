@@ -1,21 +1,16 @@
-"""When each quantity is sampled, and who is late by how much: decided in this one place.
+"""When each quantity is sampled, and which is delayed by how much: decided in this one place.
 
 Frames k = 0..N at ``t_k = k Tₛ``. Two honest simulators disagree by millimetres if these differ.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from vsctrl.servo.scenario import Placement
+from vsctrl import timing
+from vsctrl.servo.arrays import Array
 
-Array = NDArray[np.float64]
-
-# Times are decimal fractions typed by people: 9 s / 0.04 s is 225 frames, not
-# 224.99999999999997.
-WHOLE = 1e-6
+Placement = Literal["measurement", "aligned", "actuator"]
 
 
 class Delays(NamedTuple):
@@ -26,8 +21,8 @@ class Delays(NamedTuple):
     command: float
 
 
-def delays(placement: "Placement", periods: float) -> Delays:
-    """Who is late by the latency: the image, image and reference alike, or the robot."""
+def delays(placement: Placement, periods: float) -> Delays:
+    """What the latency delays: the image, image and reference alike, or the command."""
     return {
         "measurement": Delays(periods, 0.0, 0.0),
         "aligned": Delays(periods, periods, 0.0),
@@ -35,18 +30,12 @@ def delays(placement: "Placement", periods: float) -> Delays:
     }[placement]
 
 
-def whole(periods: float) -> int | None:
-    """A number of periods as an integer where it is one, else None."""
-    nearest = round(periods)
-    return nearest if abs(periods - nearest) <= WHOLE else None
-
-
-def late(t: Array, period: float, periods: float) -> Array:
+def delayed(t: Array, period: float, periods: float) -> Array:
     """The times ``t_k − periods·Tₛ``, never before 0; on the frames where that is whole.
 
     t: (n,) in s, the frames.
     """
-    d = whole(periods)
+    d = timing.whole(periods)
     if d is None:
         return np.maximum(t - periods * period, 0.0)
     return t[np.maximum(np.arange(len(t)) - d, 0)]

@@ -1,59 +1,35 @@
-"""What the experiments have in common: rest, transients, and the modes that theory predicts.
+"""The modes that theory predicts: M = L̂⁺L, its eigen-directions, and the roots of the sampled loop.
 
-All start at the scenario's start pose, before its target, with its law (10) and its timing; only
-the motion, the offset and the length of the run are theirs. Noise, limits, distortion and whatever
-else a scenario may have besides is left out (`Scenario.ideal`): it would hide what is measured.
+A wrong depth or focal length makes M other than the identity; along each of its eigen-directions
+the loop is that of figure 1, with κ the eigenvalue.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl import loop
-from vsctrl.errors import InputError
+from vsctrl import loop, timing
 from vsctrl.loop import fractional_delay
 from vsctrl.loop.limits import sampled_characteristic
-from vsctrl.servo import Run, Scenario, simulate
+from vsctrl.servo import Scenario
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.pose import inverse
-from vsctrl.servo.timing import whole
 from vsctrl.symbols import T_s, d, kappa, lam, z_plane
 
 Array = NDArray[np.float64]
 
-MOST_FRAMES = 4000  #: the longest wait for a transient to end
-ENDED = 1e-10  #: what is left of a transient that is over
 ALIKE = 1e-9  #: relative, below which two eigenvalues or two depths are one
 
 
-class Kind(NamedTuple):
-    """Directions in which figure 1 has one κ: their name, κ, and one of them, (6,) in m and rad."""
+class EigenDirection(NamedTuple):
+    """Directions in which figure 1 has one κ: name, κ, and one of them, (6,) in m and rad."""
 
     name: str
-    ratio: complex
+    eigenvalue: complex
     direction: Array
-
-
-def latency(scenario: Scenario) -> int:
-    """The latency in video periods, d, once it is clear that the experiments can be made.
-
-    Errors: `InputError` where it is no whole number, or where the law cannot tell all motions apart
-    even at the start.
-    """
-    frames = scenario.latency_frames
-    possible(scenario)
-    return frames
-
-
-def possible(scenario: Scenario) -> None:
-    """Errors: `InputError` where the law cannot tell all motions apart even at the start."""
-    status = run(scenario, 1, kind="hold").status
-    if not status.ok:
-        raise InputError(f"{scenario.name}: no experiment can be made here. {status.sentence}")
 
 
 def nearest_depth(scenario: Scenario) -> float:
@@ -67,18 +43,6 @@ def nearest_depth(scenario: Scenario) -> float:
 def scales(scenario: Scenario) -> Array:
     """What one unit of each entry of a twist counts for, (6,): translations in nearest depths."""
     return np.array([nearest_depth(scenario)] * 3 + [1.0] * 3)
-
-
-def run(scenario: Scenario, frames: int, **changes: Any) -> Run:
-    """A run of the frames 0 … `frames` of the ideal experiment, with some fields changed."""
-    ideal = scenario.ideal
-    return simulate(ideal.with_(duration=frames * scenario.vision.period, **changes))
-
-
-def released(scenario: Scenario, offset: Array, frames: int, **changes: Any) -> Run:
-    """A run with the reference at rest and the camera let go beside it, `offset` (6,) in m, rad."""
-    there = tuple(float(entry) for entry in offset)
-    return run(scenario, frames, kind="hold", offset=there, **changes)
 
 
 # What the law believes --------------------------------------------------------------------------
@@ -108,7 +72,7 @@ def sideways_ratio(scenario: Scenario) -> float:
     return scenario.law.depth_ratio / scenario.calibration.focal_ratio
 
 
-def kinds(scenario: Scenario) -> tuple[Kind, ...]:
+def eigen_directions(scenario: Scenario) -> tuple[EigenDirection, ...]:
     """The directions that M = L̂⁺L leaves as they are, and by how much each is answered.
 
     With wrong depths alone they are the translations, κ = ρ, and the rotations, κ = 1. A pair of
@@ -117,54 +81,55 @@ def kinds(scenario: Scenario) -> tuple[Kind, ...]:
     unit, ratio = scales(scenario), scenario.law.depth_ratio
     if scenario.calibration.focal_ratio == 1:
         if ratio == 1:
-            return (Kind("", 1.0, unit),)
+            return (EigenDirection("", 1.0, unit),)
         axes = np.repeat([[1.0, 0.0], [0.0, 1.0]], 3, axis=0).T * unit
-        return (Kind("translation", ratio, axes[0]), Kind("rotation", 1.0, axes[1]))
+        return (
+            EigenDirection("translation", ratio, axes[0]),
+            EigenDirection("rotation", 1.0, axes[1]),
+        )
     values, vectors = np.linalg.eig(calibration(scenario) * unit / unit[:, None])
-    found: list[Kind] = []
+    directions: list[EigenDirection] = []
     for value, vector in zip(values, vectors.T, strict=True):
         mu = complex(value) if abs(value.imag) > ALIKE * abs(value) else float(value.real)
-        if mu.imag < 0 or any(abs(mu - kind.ratio) < ALIKE * abs(mu) for kind in found):
+        if mu.imag < 0 or any(abs(mu - each.eigenvalue) < ALIKE * abs(mu) for each in directions):
             continue
-        found.append(Kind(f"κ = {mu:.4g}", mu, np.real(vector) * unit))
-    return tuple(sorted(found, key=lambda kind: (kind.ratio.real, kind.ratio.imag)))
+        directions.append(EigenDirection(f"κ = {mu:.4g}", mu, np.real(vector) * unit))
+    return tuple(sorted(directions, key=lambda each: (each.eigenvalue.real, each.eigenvalue.imag)))
 
 
-def ratios(scenario: Scenario) -> tuple[complex, ...]:
-    """κ in all six directions: the eigenvalues of M, each once."""
-    return tuple(kind.ratio for kind in kinds(scenario))
+def eigenvalues(scenario: Scenario) -> tuple[complex, ...]:
+    """κ in all six directions: the eigenvalues of M = L̂⁺L, each once."""
+    return tuple(each.eigenvalue for each in eigen_directions(scenario))
 
 
-def critical_ratio(scenario: Scenario) -> complex:
+def critical_eigenvalue(scenario: Scenario) -> complex:
     """The κ of the direction that is unstable first, as sampled."""
-    late, period = scenario.vision.latency, scenario.vision.period
-    return min(ratios(scenario), key=lambda mu: loop.gain_limit(late, period=period, kappa=mu))
+    tau, period = scenario.vision.latency, scenario.vision.period
+    return min(eigenvalues(scenario), key=lambda mu: loop.gain_limit(tau, period=period, kappa=mu))
 
 
 def gain_limit(scenario: Scenario, *, sampled: bool = True) -> float:
     """λ (s⁻¹) from which on the loop is unstable in some direction, held over a frame or not."""
     period = scenario.vision.period if sampled else None
-    late = scenario.vision.latency
-    return min(float(loop.gain_limit(late, period=period, kappa=mu)) for mu in ratios(scenario))
+    tau = scenario.vision.latency
+    return min(float(loop.gain_limit(tau, period=period, kappa=mu)) for mu in eigenvalues(scenario))
 
 
 # Modes ------------------------------------------------------------------------------------------
-def characteristic(
-    scenario: Scenario, ratio: complex, gain: float | None = None
-) -> NDArray[np.inexact[Any]]:
-    """Coefficients of z^{d+1} − z^d + κλTₛ, highest power first, κ = `ratio`, λ in s⁻¹.
+def characteristic(scenario: Scenario, mu: complex) -> NDArray[np.inexact[Any]]:
+    """Coefficients of z^{d+1} − z^d + κλTₛ, highest power first, κ = `mu`.
 
-    Of `loop.fraction` where the latency is no whole number of periods.
+    Of `loop.fractional_delay` where the latency is no whole number of periods.
     """
-    gain = scenario.law.lam if gain is None else gain
-    period, late = scenario.vision.period, scenario.vision.latency
-    samples = whole(late / period)
+    gain = scenario.law.lam
+    period, latency = scenario.vision.period, scenario.vision.latency
+    samples = timing.whole_periods(latency, period)
     if samples is None:
-        none, one = (fractional_delay.characteristic(late / period, share) for share in (0.0, 1.0))
-        return none + ratio * gain * period * (one - none)
-    known = {d: samples, kappa: ratio, lam: gain, T_s: period}
-    found = sampled_characteristic().subs(known).as_poly(z_plane).all_coeffs()
-    polynomial = np.array([complex(c) for c in found])
+        without, unit = (fractional_delay.characteristic(latency / period, g) for g in (0.0, 1.0))
+        return without + mu * gain * period * (unit - without)
+    known = {d: samples, kappa: mu, lam: gain, T_s: period}
+    coefficients = sampled_characteristic().subs(known).as_poly(z_plane).all_coeffs()
+    polynomial = np.array([complex(c) for c in coefficients])
     return polynomial if polynomial.imag.any() else polynomial.real
 
 
@@ -173,26 +138,3 @@ def dominant(polynomial: NDArray[np.inexact[Any]]) -> complex:
     roots = np.roots(polynomial)
     largest = roots[np.argmax(np.abs(roots))]
     return complex(largest.real, abs(largest.imag))
-
-
-def settling(scenario: Scenario, what: str) -> tuple[int, float]:
-    """Frames until the transient is over, and the share that is left of it then.
-
-    Errors: `InputError` where the loop is not stable as sampled, so that nothing settles.
-    """
-    possible(scenario)
-    late = math.ceil(scenario.vision.latency / scenario.vision.period)
-    limit = gain_limit(scenario)
-    if not scenario.law.lam < limit:
-        raise InputError(
-            f"law.lam: {scenario.law.lam:g} s⁻¹ is not below the limit of {limit:.4g} s⁻¹ at "
-            f"{1e3 * scenario.vision.period:g} ms sampling, so there is no steady {what}; lower it."
-        )
-    return ended(max(abs(dominant(characteristic(scenario, mu))) for mu in ratios(scenario)), late)
-
-
-def ended(modulus: float, late: int) -> tuple[int, float]:
-    """Frames until a mode of this modulus is over, and the share that is left of it then."""
-    needed = math.log(ENDED) / math.log(modulus) if modulus > 1e-3 else 4.0
-    frames = min(math.ceil(needed) + 2 * late, MOST_FRAMES)
-    return frames, max(modulus**frames, ENDED)

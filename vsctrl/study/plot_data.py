@@ -69,37 +69,37 @@ class Curves:
     locus: Locus | None  #: None without latency, where the locus is a line
 
 
-def curves(found: Stability) -> Curves:
+def curves(stability: Stability) -> Curves:
     """The curves of one loop; times are at half the gain limit where the loop is unstable."""
-    return Curves(_frequency(found), _times(found), _locus(found))
+    return Curves(_frequency(stability), _times(stability), _locus(stability))
 
 
-def _frequency(found: Stability) -> Frequency:
+def _frequency(stability: Stability) -> Frequency:
     import control
 
-    lam, tau = found.scenario.law.lam, found.scenario.vision.latency
+    lam, tau = stability.scenario.law.lam, stability.scenario.vision.latency
     corner = max(lam, math.pi / tau if tau else lam)
     omega = np.geomspace(min(lam, corner) / 20, 8 * corner, 800)
     orders = PADE_ORDERS if tau else ()
     return Frequency(
         omega,
-        found.opened.frequency_response(omega).complex,
-        {n: control.frequency_response(found.opened.pade(n), omega).complex for n in orders},
+        stability.opened.frequency_response(omega).complex,
+        {n: control.frequency_response(stability.opened.pade(n), omega).complex for n in orders},
     )
 
 
-def _times(found: Stability) -> Times:
+def _times(stability: Stability) -> Times:
     import control
 
-    system, law = found.stable_gain, found.scenario.law
+    system, law = stability.stable_gain, stability.scenario.law
     lam, tau = system.values["lam"], system.values["tau"]
     slow = -float(system.poles(1)[0].real)
     t = np.linspace(0.0, max(7 / slow, 6 * tau), 1201)
-    slope = found.scenario.speed or SLOPE
+    slope = stability.scenario.speed or SLOPE
     gains = {False: 0.0, True: law.k_ff or 1.0}
     channel = {on: system.with_(k_ff=k)["S_ref", "S"] for on, k in gains.items()}
     orders = PADE_ORDERS if tau else ()
-    known = {"lam": lam, "tau": tau, "kappa": found.ratio_along_motion}
+    known = {"lam": lam, "tau": tau, "kappa": stability.ratio_along_motion}
     ramp = slope * t
     return Times(
         lam=lam,
@@ -118,15 +118,15 @@ def _times(found: Stability) -> Times:
     )
 
 
-def _locus(found: Stability) -> Locus | None:
+def _locus(stability: Stability) -> Locus | None:
     import control
 
-    system, limit = found.system, found.limits.continuous
+    system, limit = stability.system, stability.limits.continuous
     if not system.values["tau"]:
         return None
     lam = system.values["lam"]
     gains = np.geomspace(limit / 60, max(2.5 * limit, 1.2 * lam), 120)
-    unit = found.opened.pade(PADE_ORDER) * (1 / lam)
+    unit = stability.opened.pade(PADE_ORDER) * (1 / lam)
     return Locus(
         gains,
         system.root_locus("lam", gains, 5),

@@ -8,18 +8,18 @@ the gain limits. What they look like is left to `report`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl import loop
+from vsctrl import loop, timing
 from vsctrl.diagram import Ramp, Step
 from vsctrl.servo import Scenario
-from vsctrl.servo.timing import whole
-from vsctrl.study.modes import critical_ratio, gain_limit
+from vsctrl.study.modes import critical_eigenvalue, gain_limit
 from vsctrl.study.tracking.cases import ratio_along_motion
+from vsctrl.tables import finite
 
 if TYPE_CHECKING:
     from vsctrl.diagram.channel import OpenLoop
@@ -56,7 +56,21 @@ class Reading:
     share_of_continuous: float  #: λ/λ_max, 1 = at the limit
     share_of_sampled: float
     lag: float | None  #: steady lag without feed-forward, m; None where there is none
-    settling: float  #: 3/λ, s
+    settling: float  #: 3/(κλ), s
+
+    def data(self) -> dict[str, Any]:
+        """The reading as JSON takes it; names end in their units where these are not s⁻¹."""
+        return {
+            "label": self.label,
+            "lam": self.lam,
+            "per_sample": self.per_sample,
+            "gain_margin": finite(self.margins.gain),
+            "phase_margin_rad": finite(self.margins.phase),
+            "share_of_continuous": self.share_of_continuous,
+            "share_of_sampled": self.share_of_sampled,
+            "lag_without_feedforward_m": self.lag,
+            "settling_s": self.settling,
+        }
 
 
 @dataclass(frozen=True)
@@ -104,7 +118,8 @@ class Stability:
     @property
     def sampled_in_closed_form(self) -> bool:
         """Whether the sampled limits are closed forms: those of whole numbers of periods are."""
-        return whole(self.scenario.vision.latency / self.scenario.vision.period) is not None
+        vision = self.scenario.vision
+        return timing.whole_periods(vision.latency, vision.period) is not None
 
     @property
     def is_stable(self) -> bool:
@@ -118,11 +133,37 @@ class Stability:
             return self.motion
         return self.motion.with_(lam=self.limits.continuous / 2)
 
+    def data(self) -> dict[str, Any]:
+        """Margins, limits and readings as JSON takes them, gains in s⁻¹; null = no limit."""
+        lam = self.scenario.law.lam
+        limits = {name: finite(limit) for name, limit in vars(self.limits).items()}
+        return {
+            "margins": _margins(self.margins, self.second_opinion),
+            "limits": {"lam": lam, "stable_as_sampled": lam < self.limits.sampled, **limits},
+            "readings": [reading.data() for reading in self.readings],
+            "pade": [asdict(row) for row in self.pade],
+        }
+
+
+def _margins(exact: Margins, second: SecondOpinion) -> dict[str, Any]:
+    return {
+        "stable": exact.stable,
+        "unstable_roots": int(exact.unstable_roots),
+        "gain": finite(exact.gain),
+        "phase_rad": finite(exact.phase),
+        "delay_s": finite(exact.delay),
+        "peak_sensitivity": exact.peak_sensitivity,
+        "python_control_pade_order": second.order,
+        "python_control_gain": finite(second.gain),
+        "python_control_phase_rad": finite(second.phase),
+        "python_control_delay_s": finite(second.delay),
+    }
+
 
 def stability(scenario: Scenario) -> Stability:
     """Margins and limits of figure 1 with a scenario's gain, latency and depth ratio."""
     law, period, tau = scenario.law, scenario.vision.period, scenario.vision.latency
-    kappa, along = abs(critical_ratio(scenario)), ratio_along_motion(scenario)
+    kappa, along = abs(critical_eigenvalue(scenario)), ratio_along_motion(scenario)
     system, motion = (
         loop.diagram(law.placement).at(lam=law.lam, k_ff=law.k_ff, ell=ratio, ell_hat=1.0, tau=tau)
         for ratio in (kappa, along)

@@ -1,9 +1,8 @@
 """The paper, statement by statement: proved, or shown to be an erratum, conditional or ambiguous.
 
-A module a part of the paper, a function an equation, named by its number: ``task_function`` (1) to
-(5), ``control_law`` (6) to (10), ``figure1``, ``kinematics`` (11) to (14), ``trajectories`` (15) to
-(17), ``observations``, ``slide`` and ``turn`` section 4. ``claim`` says what a claim is, ``zero``
-what counts as a proof.
+A module holds the claims of a part of the paper in its order, and bears the numbers of its
+equations or its section: ``equations_1_to_5`` … ``equations_15_to_17``, ``figure_1``,
+``section_4_…``. What a claim is stands in ``claim``, what counts as a proof in ``decision``.
 """
 
 import textwrap
@@ -11,6 +10,7 @@ from collections.abc import Iterable
 from functools import cache
 
 from vsctrl.derive.claims import (
+    abstract,
     equations_1_to_5,
     equations_6_to_10,
     equations_11_to_14,
@@ -19,12 +19,25 @@ from vsctrl.derive.claims import (
     section_4_1_slide,
     section_4_2_rotation,
     section_4_observations,
+    section_4_set_up,
 )
 from vsctrl.derive.claims.claim import Claim, Evidence, Proof, Status
 
 __all__ = ["Claim", "Evidence", "Proof", "Status", "as_text", "ledger"]
 
 _WIDTH = 100
+_PARTS = (
+    abstract,
+    equations_1_to_5,
+    equations_6_to_10,
+    figure_1,
+    equations_11_to_14,
+    equations_15_to_17,
+    section_4_set_up,
+    section_4_1_slide,
+    section_4_observations,
+    section_4_2_rotation,
+)
 
 
 @cache
@@ -33,18 +46,8 @@ def ledger() -> tuple[Claim, ...]:
 
     Nothing is derived until ``Claim.prove`` is called; all of them take some seconds.
     """
-    return (
-        *equations_15_to_17.ABSTRACT,
-        *equations_1_to_5.CLAIMS,
-        *equations_6_to_10.CLAIMS,
-        *figure_1.CLAIMS,
-        *equations_11_to_14.CLAIMS,
-        *equations_15_to_17.CLAIMS,
-        *section_4_1_slide.SETUP,
-        *section_4_observations.SETUP,
-        *section_4_1_slide.CLAIMS,
-        *section_4_observations.CLAIMS,
-        *section_4_2_rotation.CLAIMS,
+    return tuple(
+        entry for part in _PARTS for entry in vars(part).values() if isinstance(entry, Claim)
     )
 
 

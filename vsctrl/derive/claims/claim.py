@@ -57,8 +57,8 @@ class Evidence:
             if difference.zero is None:
                 return None, difference
             if difference.zero is False:
-                apart = Decision(False, f"“{one}” less “{other}”: {difference.shown}")
-                return "ambiguous", self._values() or apart
+                shown = f"“{one}” less “{other}”: {difference.shown}"
+                return "ambiguous", self._values() or Decision(False, shown)
         return "holds", Decision(True, "0")
 
     def _values(self) -> Decision | None:

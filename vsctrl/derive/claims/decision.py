@@ -9,29 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from sympy import (
-    QQ,
-    Dummy,
-    Expr,
-    Float,
-    MatrixBase,
-    N,
-    Rational,
-    S,
-    cos,
-    default_sort_key,
-    expand,
-    expand_trig,
-    factor,
-    fraction,
-    nan,
-    ring,
-    simplify,
-    sin,
-    sympify,
-    together,
-    zoo,
-)
+import sympy as sp
 from sympy.core.function import AppliedUndef, Derivative
 from sympy.core.relational import Relational
 from sympy.logic.boolalg import Boolean, BooleanFalse, BooleanTrue
@@ -45,7 +23,7 @@ Facts = Any
 
 # Whole numbers, all different, so that a counterexample reads well; the axis has unit length.
 _PLACES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53)
-_AXIS = {r_x: Rational(2, 3), r_y: Rational(-1, 3), r_z: Rational(2, 3)}
+_AXIS = {r_x: sp.Rational(2, 3), r_y: sp.Rational(-1, 3), r_z: sp.Rational(2, 3)}
 _STAR = "⁎"
 _READABLE = 25  # operations of a residual that simplifies in no time
 _LONGEST = 110  # characters of a residual that is still worth reading
@@ -68,43 +46,43 @@ def decide(facts: Facts, at: Mapping[Any, Any] | None = None) -> Decision:
     """
     still_open = ""
     for fact in _each(facts):
-        found = _decide(fact, dict(at or {}))
-        if found.zero is False:
-            return found
-        if found.zero is None:
-            still_open = still_open or found.shown
+        decision = _decide(fact, dict(at or {}))
+        if decision.zero is False:
+            return decision
+        if decision.zero is None:
+            still_open = still_open or decision.shown
     return Decision(None, still_open) if still_open else Decision(True, "0")
 
 
-def normal(expression: Expr) -> Expr:
+def normal(expression: sp.Expr) -> sp.Expr:
     """The expression simplified, and exactly 0 where the side relations make it vanish.
 
     Polynomials in symbols, sines and cosines over a common denominator are decided completely.
     """
-    flat = expand(expand_trig(expression)) if expression.has(sin, cos) else expand(expression)
+    flat = sp.expand(sp.expand_trig(expression) if expression.has(sp.sin, sp.cos) else expression)
     if flat == 0 or not flat.is_commutative:
         return flat
-    if flat.has(nan, zoo):
-        return nan
+    if flat.has(sp.nan, sp.zoo):
+        return sp.nan
     circles = _circles(flat)
     swaps = {
         f(angle): g
         for angle, pair in circles.items()
-        for f, g in zip((sin, cos), pair, strict=True)
+        for f, g in zip((sp.sin, sp.cos), pair, strict=True)
     }
-    numerator = fraction(together(flat.xreplace(swaps)))[0]
-    symbols = sorted(numerator.free_symbols | {r_x, r_y, r_z}, key=default_sort_key)
+    numerator = sp.fraction(sp.together(flat.xreplace(swaps)))[0]
+    symbols = sorted(numerator.free_symbols | {r_x, r_y, r_z}, key=sp.default_sort_key)
     if not numerator.is_polynomial(*symbols):
-        return simplify(flat)
+        return sp.simplify(flat)
     first = [r_x, *(sine for sine, _ in circles.values())]
     second = [cosine for _, cosine in circles.values()]
     relations = [r_x**2 + r_y**2 + r_z**2 - 1, *(a**2 + b**2 - 1 for a, b in circles.values())]
     # The leading terms r_x², S², … are coprime, so the relations are a Groebner basis: the
     # numerator vanishes under them exactly when the remainder is zero.
     rest = [symbol for symbol in symbols if symbol not in {*first, *second}]
-    R, *_ = ring([*first, *second, *rest], QQ)
+    R, *_ = sp.ring([*first, *second, *rest], sp.QQ)
     remainder = R.from_expr(numerator).rem([R.from_expr(f) for f in relations])
-    return flat if remainder else S.Zero
+    return flat if remainder else sp.S.Zero
 
 
 def text(expression: Any) -> str:
@@ -115,41 +93,41 @@ def text(expression: Any) -> str:
 
 
 def _each(facts: Facts) -> Iterator[Any]:
-    if isinstance(facts, MatrixBase) or (
-        isinstance(facts, Iterable) and not isinstance(facts, Expr | Boolean)
+    if isinstance(facts, sp.MatrixBase) or (
+        isinstance(facts, Iterable) and not isinstance(facts, sp.Expr | Boolean)
     ):
         for fact in facts:
             yield from _each(fact)
     else:
-        yield sympify(facts, strict=True)
+        yield sp.sympify(facts, strict=True)
 
 
-def _decide(fact: Any, at: dict[Any, Any]) -> Decision:
+def _decide(fact: Any, proposed: dict[Any, Any]) -> Decision:
     truth = fact.doit() if isinstance(fact, Relational) else fact
     if isinstance(truth, BooleanTrue):
         return Decision(True, "true")
     if isinstance(truth, BooleanFalse):
         return Decision(False, f"{_numbers(fact)} is false")
-    if isinstance(truth, Expr):
-        truth = expand(truth)
+    if isinstance(truth, sp.Expr):
+        truth = sp.expand(truth)
     # A place is tried before more algebra: it costs little, and what fails is often large.
-    refuted = _refute(truth, at, 0)
+    refuted = _refute(truth, proposed, 0)
     if refuted is not None:
         return refuted
     residual = truth if isinstance(truth, Boolean) else normal(truth)
     if residual == 0:
         return Decision(True, "0")
-    if residual is nan:
+    if residual is sp.nan:
         return Decision(False, "0/0")
     still_open = Decision(None, f"{text(residual)} is neither proved nor refuted")
-    return _refute(residual, at, 1) or still_open
+    return _refute(residual, proposed, 1) or still_open
 
 
-def _refute(residual: Any, at: Mapping[Any, Any], shift: int) -> Decision | None:
+def _refute(residual: Any, proposed: Mapping[Any, Any], shift: int) -> Decision | None:
     if residual.atoms(AppliedUndef, Derivative):
         return None  # it has no value at a place
-    place = _place(residual, at, shift)
-    value = _at(residual, place)
+    place = _place(residual, proposed, shift)
+    value = _nonzero_value(residual, place)
     return None if value is None else Decision(False, _failure(residual, place, value))
 
 
@@ -157,31 +135,31 @@ def _numbers(fact: Any) -> str:
     """A relation of numbers with its sides in digits."""
     if not isinstance(fact, Relational):
         return "the printed relation"
-    left, right = (text(side if side.is_Integer else N(side, 4)) for side in fact.args)
+    left, right = (text(side if side.is_Integer else sp.N(side, 4)) for side in fact.args)
     return f"{left} {fact.rel_op} {right}".replace("!=", "≠").replace("==", "=")
 
 
-def _place(residual: Any, at: Mapping[Any, Any], shift: int) -> dict[Any, Any]:
+def _place(residual: Any, proposed: Mapping[Any, Any], shift: int) -> dict[Any, Any]:
     """A value for each symbol: the proposed one, or a number of its own."""
-    free = sorted(residual.free_symbols, key=lambda s: (s.name, default_sort_key(s)))
+    free = sorted(residual.free_symbols, key=lambda s: (s.name, sp.default_sort_key(s)))
     numbers = dict(zip(free, _PLACES[shift:] + _PLACES[:shift], strict=False))
-    return {symbol: at.get(symbol, _AXIS.get(symbol, numbers.get(symbol))) for symbol in free}
+    return {symbol: proposed.get(symbol, _AXIS.get(symbol, numbers.get(symbol))) for symbol in free}
 
 
-def _at(residual: Any, place: dict[Any, Any]) -> str | None:
+def _nonzero_value(residual: Any, place: dict[Any, Any]) -> str | None:
     """The residual there, where it is not zero for certain; None where that cannot be said."""
     # A 1×1 matrix commutes with every other.
-    commuting = {s: Dummy(s.name) for s in residual.free_symbols if not s.is_commutative}
-    there = {commuting.get(symbol, symbol): sympify(v, strict=True) for symbol, v in place.items()}
+    commuting = {s: sp.Dummy(s.name) for s in residual.free_symbols if not s.is_commutative}
+    there = {commuting.get(s, s): sp.sympify(v, strict=True) for s, v in place.items()}
     value = residual.xreplace(commuting).xreplace(there)
     if isinstance(value, Boolean):
         return "false" if isinstance(value, BooleanFalse) else None
-    if value.has(nan, zoo):
+    if value.has(sp.nan, sp.zoo):
         return None
-    size = N(value, 30, maxn=60)
-    if not size.is_number or not abs(size) > Float("1e-20", 30):
+    size = sp.N(value, 30, maxn=60)
+    if not size.is_number or not abs(size) > sp.Float("1e-20", 30):
         return None
-    return text(N(size, 4))
+    return text(sp.N(size, 4))
 
 
 def _failure(residual: Any, place: dict[Any, Any], size: str) -> str:
@@ -193,16 +171,18 @@ def _failure(residual: Any, place: dict[Any, Any], size: str) -> str:
 
 
 def _short(residual: Any) -> str:
-    if isinstance(residual, Expr) and residual.is_commutative and residual.count_ops() <= _READABLE:
-        residual = min(residual, factor(residual), simplify(residual), key=lambda e: len(text(e)))
+    numeric = isinstance(residual, sp.Expr) and residual.is_commutative
+    if numeric and residual.count_ops() <= _READABLE:
+        forms = (residual, sp.factor(residual), sp.simplify(residual))
+        residual = min(forms, key=lambda e: len(text(e)))
     shown = text(residual)
     return shown if len(shown) <= _LONGEST else "the residual"
 
 
-def _circles(expression: Expr) -> dict[Expr, tuple[Dummy, Dummy]]:
+def _circles(expression: sp.Expr) -> dict[sp.Expr, tuple[sp.Dummy, sp.Dummy]]:
     """Symbols for the sine and the cosine of every angle that occurs."""
-    angles = sorted({f.args[0] for f in expression.atoms(sin, cos)}, key=default_sort_key)
-    return {angle: (Dummy(f"S_{i}"), Dummy(f"C_{i}")) for i, angle in enumerate(angles)}
+    angles = sorted({f.args[0] for f in expression.atoms(sp.sin, sp.cos)}, key=sp.default_sort_key)
+    return {angle: (sp.Dummy(f"S_{i}"), sp.Dummy(f"C_{i}")) for i, angle in enumerate(angles)}
 
 
 class _Unicode(StrPrinter):

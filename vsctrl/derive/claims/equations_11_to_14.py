@@ -1,42 +1,17 @@
 """Section 3, equations 11 to 14: how a fixed point moves in the frame of a moving camera.
 
-Each printed form is written here as the paper has it, in cross products and powers of r̃, and held
-to ``vsctrl.derive.motion`` and to the differential equation (11), for every axis r of unit length.
+Each printed form is written here as the paper has it, in cross products and powers of r̃, and
+compared with ``vsctrl.derive.kinematics.motion`` and with the differential equation (11), for every
+axis r of unit length.
 """
 
 from functools import cache
 
-from sympy import (
-    Expr,
-    ImmutableMatrix,
-    S,
-    Symbol,
-    cos,
-    eye,
-    integrate,
-    limit,
-    sin,
-    symbols,
-)
+from sympy import Expr, ImmutableMatrix, S, Symbol, cos, eye, integrate, limit, sin, symbols
 
-from vsctrl.derive.claims.claim import Claim, Evidence, claim
+from vsctrl.derive.claims.claim import Evidence, claim
 from vsctrl.derive.kinematics import motion
-from vsctrl.symbols import (
-    V_x,
-    V_y,
-    V_z,
-    d_x,
-    d_y,
-    d_z,
-    omega,
-    r_x,
-    r_y,
-    r_z,
-    t,
-    x,
-    y,
-    z,
-)
+from vsctrl.symbols import V_x, V_y, V_z, d_x, d_y, d_z, omega, r_x, r_y, r_z, t, x, y, z
 
 p, V = ImmutableMatrix([x, y, z]), ImmutableMatrix([V_x, V_y, V_z])
 r, d = ImmutableMatrix([r_x, r_y, r_z]), ImmutableMatrix([d_x, d_y, d_z])
@@ -248,16 +223,3 @@ def eq_14() -> Evidence:
             straight - (p - V * t),
         ],
     )
-
-
-CLAIMS: tuple[Claim, ...] = (
-    kinematic_equation,
-    eq_11,
-    cross_product,
-    unitary,
-    eq_12,
-    constant_screw,
-    cube_of_r,
-    eq_13,
-    eq_14,
-)

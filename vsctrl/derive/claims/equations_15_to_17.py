@@ -1,17 +1,13 @@
 """Section 3, equations 15 to 17: projection, translation and rotation about an axis.
 
-The printed forms are held to ``vsctrl.derive.motion`` and to the differential equation (11), for
-every axis r of unit length.
+The printed forms are compared with ``vsctrl.derive.kinematics.motion`` and with the differential
+equation (11), for every axis r of unit length.
 """
 
-from sympy import (
-    ImmutableMatrix,
-    limit,
-    symbols,
-)
+from sympy import ImmutableMatrix, limit, symbols
 
 from vsctrl.derive.camera import PIXELS, Camera
-from vsctrl.derive.claims.claim import Claim, Evidence, claim
+from vsctrl.derive.claims.claim import Evidence, claim
 from vsctrl.derive.claims.equations_11_to_14 import (
     UNIT_3,
     V,
@@ -25,15 +21,7 @@ from vsctrl.derive.claims.equations_11_to_14 import (
     r_tilde,
 )
 from vsctrl.derive.kinematics import motion
-from vsctrl.symbols import (
-    F_x,
-    F_y,
-    omega,
-    t,
-    x,
-    y,
-    z,
-)
+from vsctrl.symbols import F_x, F_y, omega, t, x, y, z
 
 
 def printed_turn(about: ImmutableMatrix) -> ImmutableMatrix:
@@ -41,7 +29,7 @@ def printed_turn(about: ImmutableMatrix) -> ImmutableMatrix:
     return p + (printed_rotation(omega * t) - UNIT_3) * (p - about)
 
 
-def _at(arm: ImmutableMatrix) -> ImmutableMatrix:
+def axis_motion(arm: ImmutableMatrix) -> ImmutableMatrix:
     """−ω r̃ d, the velocity of a camera that turns about an axis at d."""
     return -omega * r_tilde * arm
 
@@ -56,9 +44,9 @@ def _at(arm: ImmutableMatrix) -> ImmutableMatrix:
 def eq_15() -> Evidence:
     """The ray from O to M meets the image plane at the distance f; pixels are counted per length,
     k_x and k_y, F_x = f k_x, F_y = f k_y. A point in front has z > 0."""
-    f, k_x, k_y, share = symbols("f k_x k_y m", positive=True)
+    f, k_x, k_y, scale = symbols("f k_x k_y m", positive=True)
     # m OM lies in the plane: m z = f.
-    hit = (share * p).subs(share, f / z)
+    hit = (scale * p).subs(scale, f / z)
     focal = {F_x: f * k_x, F_y: f * k_y}
     printed = ImmutableMatrix([x / z * F_x, y / z * F_y])
     ours = ImmutableMatrix(PIXELS.image(x / z, y / z))
@@ -116,7 +104,7 @@ def axis_velocity() -> Evidence:
     return Evidence(
         printed=printed_motion(omega * r_tilde * d) - printed_turn(d),
         corrected=[
-            printed_motion(_at(d)) - printed_turn(d),
+            printed_motion(axis_motion(d)) - printed_turn(d),
             printed_motion(omega * r_tilde * d) - printed_turn(-d),
         ],
     )
@@ -140,7 +128,7 @@ def eq_17() -> Evidence:
         printed=[
             printed - turned,
             printed - motion.rotation_about(p, d, omega, r, t),
-            against_11(printed, _at(d)),
+            against_11(printed, axis_motion(d)),
             printed.subs(t, 0) - p,
         ]
     )
@@ -157,29 +145,4 @@ def constant_arm() -> Evidence:
     """The axis is a fixed object, so the point of it that d leads to moves by (11): d' = −V − ω r̃ d
     for any V, which is zero for the stated one only."""
     drift = -V - omega * r_tilde * d
-    return Evidence(printed=drift, under=drift.subs(dict(zip(V, _at(d), strict=True))))
-
-
-@claim(
-    "abstract",
-    "abstract",
-    "any trajectories can be depicted as a combination of rotation and translation",
-    status="holds",
-)
-def screws() -> Evidence:
-    """Of each instant (Mozzi and Chasles): any V is −ω r̃ d + (r·V) r with d = r̃ V/ω, a turn about
-    an axis at d and a slide along it, for ω ≠ 0; for ω = 0 it is the translation V."""
-    arm = r_tilde * V / omega
-    return Evidence(printed=[V - (_at(arm) + r.dot(V) * r), r.dot(arm)])
-
-
-CLAIMS: tuple[Claim, ...] = (
-    eq_15,
-    intrinsics,
-    eq_16,
-    axis_velocity,
-    eq_17,
-    constant_arm,
-)
-#: What the abstract says of motions.
-ABSTRACT: tuple[Claim, ...] = (screws,)
+    return Evidence(printed=drift, under=drift.subs(dict(zip(V, axis_motion(d), strict=True))))

@@ -6,34 +6,13 @@ number of features.
 
 from functools import cache
 
-from sympy import (
-    Expr,
-    Function,
-    ImmutableMatrix,
-    Rational,
-    Symbol,
-    eye,
-    symbols,
-)
+from sympy import Expr, Function, ImmutableMatrix, Rational, Symbol, eye, symbols
 
 from vsctrl.derive.camera import PIXELS
-from vsctrl.derive.claims.claim import Claim, Evidence, claim
+from vsctrl.derive.claims.claim import Evidence, claim
 from vsctrl.derive.features.points import Point
 from vsctrl.derive.kinematics import interaction, motion
-from vsctrl.symbols import (
-    Omega_x,
-    Omega_y,
-    Omega_z,
-    V_x,
-    V_y,
-    V_z,
-    X,
-    Y,
-    t,
-    x,
-    y,
-    z,
-)
+from vsctrl.symbols import Omega_x, Omega_y, Omega_z, V_x, V_y, V_z, X, Y, t, x, y, z
 
 # Matrices of any size: C the combination of (4), L the interaction matrix, T the screw.
 C, L, T = symbols("C L T", commutative=False)
@@ -174,6 +153,13 @@ def four_points() -> ImmutableMatrix:
     return ImmutableMatrix.vstack(*rows)
 
 
+@cache
+def left_inverse() -> ImmutableMatrix:
+    """L⁺ = (LᵀL)⁻¹Lᵀ, 6×8, of these four points."""
+    full = four_points()
+    return (full.T * full).inv() * full.T
+
+
 @claim(
     "(4)",
     "2",
@@ -187,7 +173,7 @@ def eq_4() -> Evidence:
     """With C = L⁺ of the four LEDs, 6×8, there are errors δ ≠ 0 with C δ = 0: the task is done
     and the image is not s*. Where s − s* = L ξ for some twist ξ, C gives back ξ exactly."""
     matrix = four_points()
-    combination = (matrix.T * matrix).inv() * matrix.T
+    combination = left_inverse()
     missed = matrix.T.nullspace()[0]
     xi = ImmutableMatrix(symbols("xi_1:7"))
     return Evidence(printed=missed, under=[combination * missed, combination * (matrix * xi) - xi])
@@ -233,15 +219,3 @@ def eq_5() -> Evidence:
     rate, gap = symbols("dC/dt (s−s*)", commutative=False)
     difference = residual(varying) - varying.diff(t) * (signal - s_ref(t))
     return Evidence(printed=rate * gap, under=[difference.expand(), residual(C)])
-
-
-CLAIMS: tuple[Claim, ...] = (
-    eq_1,
-    target_velocity,
-    eq_2,
-    eq_3,
-    twist,
-    eq_4,
-    constant_c,
-    eq_5,
-)

@@ -1,25 +1,14 @@
 """Section 2, equations 6 to 10: from the exponential decrease to the control law.
 
 Names that do not commute stand for matrices of any size. Here M = ∂e/∂r, which is L̂⁺ L for the
-C = L̂⁺ of the paper. The loop of figure 1 is left to ``figure1``.
+C = L̂⁺ of the paper. The loop of figure 1 is left to ``figure_1``.
 """
 
-from sympy import (
-    Expr,
-    Function,
-    ImmutableMatrix,
-    Rational,
-    Symbol,
-    exp,
-    eye,
-    limit,
-    oo,
-    symbols,
-)
+from sympy import Expr, Function, ImmutableMatrix, Rational, Symbol, exp, eye, limit, oo, symbols
 
 from vsctrl.derive.camera import PIXELS
-from vsctrl.derive.claims.claim import Claim, Evidence, claim
-from vsctrl.derive.claims.equations_1_to_5 import composed, four_points, s_ref
+from vsctrl.derive.claims.claim import Evidence, claim
+from vsctrl.derive.claims.equations_1_to_5 import composed, four_points, left_inverse, s_ref
 from vsctrl.derive.features.points import Point
 from vsctrl.derive.kinematics import interaction
 from vsctrl.symbols import lam, t, z
@@ -99,11 +88,10 @@ def identity() -> Evidence:
     believed = true.subs(z, rho * z)
     diagonal = ImmutableMatrix.diag(*[rho] * 3, 1, 1, 1)
     factored = (true - believed * diagonal).expand()
-    full = four_points()
-    pseudo = (full.T * full).inv() * full.T
+    recovered = left_inverse() * four_points()
     return Evidence(
         printed=diagonal - eye(6),
-        under=[factored, pseudo * full - eye(6), diagonal.subs(rho, 1) - eye(6)],
+        under=[factored, recovered - eye(6), diagonal.subs(rho, 1) - eye(6)],
     )
 
 
@@ -210,16 +198,3 @@ def ensured() -> Evidence:
         under=[lag, (rate + lam * xi).subs(M, 1).expand()],
         at={M: Rational(1, 2)},
     )
-
-
-CLAIMS: tuple[Claim, ...] = (
-    eq_6,
-    derivative_of_e,
-    eq_7,
-    identity,
-    eq_8,
-    eq_9,
-    motionless,
-    eq_10,
-    ensured,
-)

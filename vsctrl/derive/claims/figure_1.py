@@ -29,13 +29,13 @@ from sympy import (
     together,
 )
 
-from vsctrl.derive.claims.claim import Claim, Evidence, claim
+from vsctrl.derive.claims.claim import Evidence, claim
 from vsctrl.symbols import ell, ell_hat, k_ff, kappa, lam, omega, s, t, tau, v
 
 # The slide of section 4.1: 4 cm/s, 80 ms late, λ = 0.1 per 40 ms sample.
 SLIDE = {v: Rational(4, 100), tau: Rational(8, 100), lam: Rational(5, 2), kappa: 1}
-_LATE = exp(-tau * s)
-_q = Symbol("q", positive=True)  # any positive number, to write λ < 1/(2τ) as 1/(2τ + q)
+_DELAY = exp(-tau * s)
+ABOVE_ZERO = Symbol("q", positive=True)  #: any number above 0, to write λ < 1/(2τ) as 1/(2τ + q)
 
 
 @cache
@@ -46,12 +46,12 @@ def error_transfer(placement: str = "measurement") -> Expr:
     "actuator" (T late). Source: figure 1.
     """
     image, reference, screw = symbols("S S* T")
-    seen = image if placement == "actuator" else image * _LATE
-    wanted = reference * _LATE if placement == "aligned" else reference
+    seen = image if placement == "actuator" else image * _DELAY
+    wanted = reference * _DELAY if placement == "aligned" else reference
     law = Eq(screw * ell_hat, lam * (wanted - seen) + k_ff * s * reference)
-    acting = screw * _LATE if placement == "actuator" else screw
-    found = solve([law, Eq(s * image, ell * acting)], [image, screw], dict=True)[0]
-    return factor(together((found[image] / reference - 1).subs(ell, kappa * ell_hat)))
+    acting = screw * _DELAY if placement == "actuator" else screw
+    solution = solve([law, Eq(s * image, ell * acting)], [image, screw], dict=True)[0]
+    return factor(together((solution[image] / reference - 1).subs(ell, kappa * ell_hat)))
 
 
 @cache
@@ -85,7 +85,7 @@ def no_tracking_error() -> Evidence:
     """E/S* = [κλ(1 − e^{−τs}) − (1 − κ)s]/(s + κλe^{−τs}) with the derivative term. It vanishes for
     every reference when τ = 0 and κ = 1; else the final value on a ramp does not."""
     full = error_transfer().subs(k_ff, 1)
-    stated = (kappa * lam * (1 - _LATE) - (1 - kappa) * s) / (s + kappa * lam * _LATE)
+    stated = (kappa * lam * (1 - _DELAY) - (1 - kappa) * s) / (s + kappa * lam * _DELAY)
     steady = lag().subs(k_ff, 1)
     return Evidence(
         printed=steady,
@@ -189,18 +189,9 @@ def efficiency() -> Evidence:
     that makes ℓ̂ less than half of ℓ makes the error larger."""
     with_term, without = (lag().subs({tau: 0, k_ff: k}) for k in (1, 0))
     ratio = simplify(with_term / without)
-    below_two = 2 / (1 + _q)
+    below_two = 2 / (1 + ABOVE_ZERO)
     return Evidence(
         printed=Lt(ratio**2, 1),
         under=[ratio - (1 - kappa), Gt(factor((1 - ratio**2).subs(kappa, below_two)), 0)],
         at={kappa: 3},
     )
-
-
-CLAIMS: tuple[Claim, ...] = (
-    no_tracking_error,
-    one_over_lambda,
-    one_over_lambda_sine,
-    exponential_decrease,
-    efficiency,
-)

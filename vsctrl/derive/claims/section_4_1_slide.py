@@ -1,39 +1,24 @@
 """Section 4.1: the slide along the cube, its developed forms and the numbers of the set-up.
 
-Lengths are in m. The reference is derived by ``vsctrl.derive.references`` and held to what is
-printed; ds*/dt, which the paper never gives, is derived with it.
+Lengths are in m. The reference is derived by ``vsctrl.derive.references`` and compared with the
+print; ds*/dt, which the paper never gives, is derived with it.
 """
 
 from functools import cache
 
-from sympy import (
-    Expr,
-    Gt,
-    ImmutableMatrix,
-    Integer,
-    Lt,
-    Rational,
-    Symbol,
-    pi,
-    sqrt,
-    symbols,
-)
+from sympy import Expr, Gt, ImmutableMatrix, Integer, Lt, Rational, Symbol, pi, sqrt, symbols
 
 from vsctrl.derive.camera import PIXELS
-from vsctrl.derive.claims.claim import Claim, Evidence, claim
+from vsctrl.derive.claims.claim import Evidence, claim
+from vsctrl.derive.claims.section_4_set_up import LEDS
 from vsctrl.derive.features.points import Point
 from vsctrl.derive.kinematics import motion
 from vsctrl.derive.references.references import Reference, translation_reference
 from vsctrl.symbols import F_x, F_y, V_x, V_y, V_z, t, x_0, y_0, z_0
 
 p_0 = ImmutableMatrix([x_0, y_0, z_0])
+_DEGREES = (Integer(2), Rational(42, 10), -Rational(2, 10))
 PERIOD = Symbol("T_s", positive=True)
-EDGE = Rational(1, 4)  #: of the cube
-_LEDS = [
-    ImmutableMatrix([a * Rational(125, 1000), b * Rational(75, 1000), -Rational(125, 1000)])
-    for a in (-1, 1)
-    for b in (-1, 1)
-]
 
 
 @cache
@@ -52,28 +37,20 @@ def moving(formula: ImmutableMatrix, path: ImmutableMatrix) -> ImmutableMatrix:
     return formula.subs(dict(zip(p_0, path, strict=True)), simultaneous=True)
 
 
-def _euler(order: str, degrees: tuple[Expr, ...]) -> ImmutableMatrix:
-    """The rotation by angles in degrees about the axes of ``order`` in turn, camera to object."""
+def cited(point: ImmutableMatrix, printed: ImmutableMatrix) -> Evidence:
+    """The x and y of a point, in m, less the printed X* and Y*, and its image less these."""
+    image = ImmutableMatrix(PIXELS.image(point[0] / point[2], point[1] / point[2]))
+    return Evidence(printed=ImmutableMatrix(point[:2]) - printed, corrected=image - printed)
+
+
+def _euler(order: str) -> ImmutableMatrix:
+    """The rotation by the printed angles about the axes of ``order`` in turn, camera to object."""
     units = {"X": (1, 0, 0), "Y": (0, 1, 0), "Z": (0, 0, 1)}
-    angles = dict(zip("XYZ", degrees, strict=True))
+    angles = dict(zip("XYZ", _DEGREES, strict=True))
     R = ImmutableMatrix.eye(3)
     for letter in order:
         R = R * motion.rotation(units[letter], angles[letter] * pi / 180).T
     return R
-
-
-@claim(
-    "LEDs",
-    "4",
-    "edge 25 cm, LEDs at x = ±12.5 cm, y = ±7.5 cm, z = −12.5 cm, two on each edge",
-    status="holds",
-)
-def leds() -> Evidence:
-    """With the origin in the centre of the cube, |x| = |z| = 12.5 cm is an edge parallel to y, and
-    |y| is less than half an edge."""
-    half = EDGE / 2
-    on_edge = [abs(a) - half for led in _LEDS for a in (led[0], led[2])]
-    return Evidence(printed=[*on_edge, *(Lt(abs(led[1]), half) for led in _LEDS)])
 
 
 @claim(
@@ -100,11 +77,7 @@ def slide_coordinates() -> Evidence:
 )
 def slide_citation() -> Evidence:
     """What (14) gives, x and y in m, less the printed X* and Y*; and what (15) makes of it."""
-    point = motion.point_motion(p_0, (V_x, 0, 0), 0, (0, 1, 0), t)
-    image = ImmutableMatrix(PIXELS.image(point[0] / point[2], point[1] / point[2]))
-    return Evidence(
-        printed=ImmutableMatrix(point[:2]) - printed_slide(), corrected=image - printed_slide()
-    )
+    return cited(motion.point_motion(p_0, (V_x, 0, 0), 0, (0, 1, 0), t), printed_slide())
 
 
 @claim(
@@ -149,12 +122,12 @@ def slide_y() -> Evidence:
 def slide_rate() -> Evidence:
     """The derivative of the derived reference, and of X* read with a running x(t), which is twice
     that. A difference quotient over any period gives the first exactly, as X* is linear."""
-    found = slide().s_dot
+    rate = slide().s_dot
     running = moving(printed_slide(), slide().points[0]).diff(t)
     quotient = (slide().s.subs(t, t + PERIOD) - slide().s) / PERIOD
     return Evidence(
-        readings={"x(t₀)": found[0], "x(t)": running[0]},
-        corrected=[found - ImmutableMatrix([-F_x * V_x / z_0, 0]), quotient - found],
+        readings={"x(t₀)": rate[0], "x(t)": running[0]},
+        corrected=[rate - ImmutableMatrix([-F_x * V_x / z_0, 0]), quotient - rate],
     )
 
 
@@ -173,12 +146,11 @@ def start() -> Evidence:
 
     def depths(height: Expr) -> list[Expr]:
         c = ImmutableMatrix([-Rational(174, 1000), Rational(44, 1000), height])
-        degrees = (Integer(2), Rational(42, 10), -Rational(2, 10))
-        turns = [_euler(order, degrees) for order in ("XYZ", "ZYX")]
-        return [(R * (led - c))[2] for R in (*turns, *(R.T for R in turns)) for led in _LEDS]
+        turns = [_euler(order) for order in ("XYZ", "ZYX")]
+        return [(R * (led - c))[2] for R in (*turns, *(R.T for R in turns)) for led in LEDS]
 
     printed, corrected = -Rational(77, 1000), -Rational(77, 100)
-    plane = _LEDS[0][2]
+    plane = LEDS[0][2]
     return Evidence(
         printed=[Gt(depth, 0, evaluate=False) for depth in depths(printed)],
         corrected=[
@@ -200,8 +172,7 @@ def start() -> Evidence:
 )
 def angles() -> Evidence:
     """An entry of the rotation matrix for two orders, and for the opposite direction."""
-    degrees = (Integer(2), Rational(42, 10), -Rational(2, 10))
-    first, second = _euler("XYZ", degrees), _euler("ZYX", degrees)
+    first, second = _euler("XYZ"), _euler("ZYX")
     readings = {"XYZ": first, "ZYX": second, "XYZ, object in camera": first.T}
     return Evidence(readings={name: R[0, 1].evalf(6) for name, R in readings.items()})
 
@@ -225,16 +196,3 @@ def norm_of_error() -> Evidence:
         printed=literal - error.dot(error),
         corrected=[bracketed - error.dot(error), sqrt(bracketed) - error.norm()],
     )
-
-
-SETUP: tuple[Claim, ...] = (leds,)
-CLAIMS: tuple[Claim, ...] = (
-    slide_coordinates,
-    slide_citation,
-    slide_x,
-    slide_y,
-    slide_rate,
-    start,
-    angles,
-    norm_of_error,
-)

@@ -1,29 +1,24 @@
 """Section 4.2: the rotation about an edge of the cube, its developed forms and its numbers.
 
-As in ``slide`` the reference is derived and held to what is printed, ds*/dt with it.
+As in ``section_4_1_slide`` the reference is derived and compared with the print, ds*/dt with it.
 """
 
 from functools import cache
 
-from sympy import (
-    Eq,
-    Gt,
-    ImmutableMatrix,
-    Integer,
-    Lt,
-    Rational,
-    S,
-    cos,
-    sin,
-)
+from sympy import Eq, Gt, ImmutableMatrix, Integer, Lt, Rational, S, cos, sin
 
 from vsctrl.derive.camera import PIXELS
-from vsctrl.derive.claims.claim import Claim, Evidence, claim
-from vsctrl.derive.claims.section_4_1_slide import EDGE, PERIOD, moving, p_0
+from vsctrl.derive.claims.claim import Evidence, claim
+from vsctrl.derive.claims.section_4_1_slide import PERIOD, cited, moving, p_0
+from vsctrl.derive.claims.section_4_set_up import EDGE
 from vsctrl.derive.features.points import Point
 from vsctrl.derive.kinematics import motion
 from vsctrl.derive.references.references import Reference, rotation_reference
 from vsctrl.symbols import F_x, F_y, d_z, omega, t, x, x_0, y, y_0, z, z_0
+
+p = ImmutableMatrix([x, y, z])
+_ARM = ImmutableMatrix([x, y, z - d_z])
+_PLACE = {t: 1, omega: Rational(4, 100)}
 
 
 @cache
@@ -35,9 +30,12 @@ def turn() -> Reference:
 def printed_path() -> ImmutableMatrix:
     """x, y, z of section 4.2, developed, with the coordinates at t₀."""
     C, D = cos(omega * t), sin(omega * t)
-    return ImmutableMatrix(
-        [x_0 * C - (z_0 - d_z) * D, y_0, x_0 * D + (z_0 - d_z) * C + d_z],
-    )
+    return ImmutableMatrix([x_0 * C - (z_0 - d_z) * D, y_0, x_0 * D + (z_0 - d_z) * C + d_z])
+
+
+def by_17(start: ImmutableMatrix) -> ImmutableMatrix:
+    """What (17) makes of a point for r = (0, 1, 0) and an axis at (0, 0, d)."""
+    return motion.rotation_about(start, (0, 0, d_z), omega, (0, 1, 0), t)
 
 
 def printed_turn() -> ImmutableMatrix:
@@ -84,12 +82,9 @@ def two_matrices() -> Evidence:
     """As printed, A, 3×3, is added to B times a vector, 3×1. With the bracket closed before the
     product it is (17)."""
     A, B = _matrices()
-    arm = ImmutableMatrix([x, y, z - d_z])
-    p = ImmutableMatrix([x, y, z])
-    by_17 = motion.rotation_about(p, (0, 0, d_z), omega, (0, 1, 0), t)
     return Evidence(
-        printed=Eq(Integer(A.cols), Integer((B * arm).cols), evaluate=False),
-        corrected=p + (A + B) * arm - by_17,
+        printed=Eq(Integer(A.cols), Integer((B * _ARM).cols), evaluate=False),
+        corrected=p + (A + B) * _ARM - by_17(p),
     )
 
 
@@ -106,9 +101,7 @@ def one_matrix() -> Evidence:
     """The printed sum of matrices times (x, y, z − d), less (17) by ``motion.rotation_about``."""
     C, D = cos(omega * t), sin(omega * t)
     printed = ImmutableMatrix([[-1 + C, 0, -D], [0, 0, 0], [D, 0, -1 + C]])
-    p = ImmutableMatrix([x, y, z])
-    by_17 = motion.rotation_about(p, (0, 0, d_z), omega, (0, 1, 0), t)
-    return Evidence(printed=p + printed * ImmutableMatrix([x, y, z - d_z]) - by_17)
+    return Evidence(printed=p + printed * _ARM - by_17(p))
 
 
 @claim(
@@ -122,8 +115,7 @@ def one_matrix() -> Evidence:
 )
 def turn_coordinates() -> Evidence:
     """The printed rows less (17) by ``motion.rotation_about`` for r = (0, 1, 0) and (0, 0, d)."""
-    by_17 = motion.rotation_about(p_0, (0, 0, d_z), omega, (0, 1, 0), t)
-    return Evidence(printed=printed_path() - by_17)
+    return Evidence(printed=printed_path() - by_17(p_0))
 
 
 @claim(
@@ -138,11 +130,7 @@ def turn_citation() -> Evidence:
     """What (14) gives for V = (−ωd, 0, 0), x and y in m, less the printed X* and Y*; and what (15)
     makes of it."""
     V = (-omega * d_z, 0, 0)
-    point = motion.point_motion(p_0, V, omega, (0, 1, 0), t)
-    image = ImmutableMatrix(PIXELS.image(point[0] / point[2], point[1] / point[2]))
-    return Evidence(
-        printed=ImmutableMatrix(point[:2]) - printed_turn(), corrected=image - printed_turn()
-    )
+    return cited(motion.point_motion(p_0, V, omega, (0, 1, 0), t), printed_turn())
 
 
 @claim(
@@ -161,7 +149,7 @@ def turn_x() -> Evidence:
     return Evidence(
         readings={"x(t₀), z(t₀)": printed_turn()[0], "x(t), z(t)": running},
         corrected=[turn().s[0] - printed_turn()[0], running - turn().s[0].subs(t, 2 * t)],
-        at={t: 1, omega: Rational(4, 100)},
+        at=_PLACE,
     )
 
 
@@ -179,7 +167,7 @@ def turn_y() -> Evidence:
     return Evidence(
         readings={"x(t₀), z(t₀)": printed_turn()[1], "x(t), z(t)": running},
         corrected=turn().s[1] - printed_turn()[1],
-        at={t: 1, omega: Rational(4, 100)},
+        at=_PLACE,
     )
 
 
@@ -195,19 +183,15 @@ def turn_y() -> Evidence:
 def turn_rate() -> Evidence:
     """The derivative of the derived reference, written in the coordinates at t, is the stated one.
     A difference quotient over one video period, the other thing to compute, is not."""
-    found = turn().s_dot
+    rate = turn().s_dot
     x_t, y_t, z_t = turn().points[0]
-    stated = ImmutableMatrix(
-        [
-            -F_x * omega * (x_t**2 + z_t**2 - d_z * z_t) / z_t**2,
-            -F_y * omega * y_t * x_t / z_t**2,
-        ]
-    )
+    along = -F_x * omega * (x_t**2 + z_t**2 - d_z * z_t) / z_t**2
+    stated = ImmutableMatrix([along, -F_y * omega * y_t * x_t / z_t**2])
     quotient = (turn().s.subs(t, t + PERIOD) - turn().s) / PERIOD
     return Evidence(
-        readings={"derivative": found[1], "difference over T_s": quotient[1]},
-        corrected=found - stated,
-        at={t: 1, omega: Rational(4, 100), PERIOD: Rational(4, 100)},
+        readings={"derivative": rate[1], "difference over T_s": quotient[1]},
+        corrected=rate - stated,
+        at={**_PLACE, PERIOD: Rational(4, 100)},
     )
 
 
@@ -225,19 +209,14 @@ def distance() -> Evidence:
     centre. None is 0.8 m; the nearest are those in the correction."""
     place = ImmutableMatrix([-Rational(154, 1000), -Rational(811, 1000)])
     half = EDGE / 2
-    axes = {
-        "front left": (-half, -half),
-        "front right": (half, -half),
-        "centre": (S.Zero, S.Zero),
-        "back left": (-half, half),
-        "back right": (half, half),
-    }
-    away = {name: (ImmutableMatrix(axis) - place).norm() for name, axis in axes.items()}
+    axes = {"front left": (-half, -half), "front right": (half, -half), "centre": (S.Zero, S.Zero)}
+    axes |= {"back left": (-half, half), "back right": (half, half)}
+    distances = {name: (ImmutableMatrix(axis) - place).norm() for name, axis in axes.items()}
     stated = {"front left": 687, "front right": 741, "centre": 825}
-    rounded = [Lt(abs(1000 * away[name] - mm), 1) for name, mm in stated.items()]
-    missed = [Gt(abs(length - Rational(8, 10)), Rational(2, 100)) for length in away.values()]
+    rounded = [Lt(abs(1000 * distances[name] - mm), 1) for name, mm in stated.items()]
+    missed = [Gt(abs(length - Rational(8, 10)), Rational(2, 100)) for length in distances.values()]
     return Evidence(
-        readings={name: length.evalf(3) for name, length in away.items()},
+        readings={name: length.evalf(3) for name, length in distances.items()},
         corrected=[*rounded, *missed],
     )
 
@@ -250,21 +229,7 @@ def distance() -> Evidence:
 )
 def combined() -> Evidence:
     """The screw of the reference, T* = (−ωd, 0, 0, 0, ω, 0): −32 mm/s and 0.04 rad/s."""
-    found = turn().twist
-    speed = found[0].subs({omega: Rational(4, 100), d_z: Rational(8, 10)})
+    twist = turn().twist
+    speed = twist[0].subs({omega: Rational(4, 100), d_z: Rational(8, 10)})
     expected = ImmutableMatrix([-omega * d_z, 0, 0, 0, omega, 0])
-    return Evidence(printed=[found - expected, speed + Rational(32, 1000)])
-
-
-CLAIMS: tuple[Claim, ...] = (
-    axis_along_y,
-    two_matrices,
-    one_matrix,
-    turn_coordinates,
-    turn_citation,
-    turn_x,
-    turn_y,
-    turn_rate,
-    distance,
-    combined,
-)
+    return Evidence(printed=[twist - expected, speed + Rational(32, 1000)])

@@ -1,12 +1,11 @@
 """Section 4: what is seen in the experiments and follows from the loop of figure 1.
 
-The errors are those that ``figure1`` derives, E = S − S*, negative behind.
+The errors are those that ``figure_1`` derives, E = S − S*, negative behind.
 """
 
 from sympy import (
     Ge,
     Gt,
-    Lt,
     Ne,
     Rational,
     S,
@@ -23,55 +22,9 @@ from sympy import (
     sin,
 )
 
-from vsctrl.derive.claims.claim import Claim, Evidence, claim
-from vsctrl.derive.claims.figure_1 import SLIDE, error_transfer, lag, transient
+from vsctrl.derive.claims.claim import Evidence, claim
+from vsctrl.derive.claims.figure_1 import ABOVE_ZERO, SLIDE, error_transfer, lag, transient
 from vsctrl.symbols import k_ff, kappa, lam, omega, t, tau, v
-
-_q = Symbol("q", positive=True)  # any positive number, to write λ < 1/(2τ) as 1/(2τ + q)
-
-
-@claim(
-    "latency",
-    "4",
-    "the vision system introduces a dataflow latency of 80 ms",
-    status="ambiguous",
-    correction="where it acts is a parameter, `placement`: measurement, aligned or actuator",
-)
-def placement() -> Evidence:
-    """The final value on a ramp with the derivative term, for each place where the 80 ms can enter
-    the loop of figure 1."""
-    places = ("measurement", "aligned", "actuator")
-    steady = {place: lag(place).subs(k_ff, 1) for place in places}
-    stated = -v * (1 - kappa) / (kappa * lam)
-    return Evidence(
-        readings={place: error.subs(kappa, 1) for place, error in steady.items()},
-        corrected=[steady["aligned"] - stated, steady["actuator"] - stated],
-        at=SLIDE,
-    )
-
-
-@claim(
-    "λ",
-    "4.1",
-    "λ = 0.1, and λ = 0.2 for the oscillation",
-    r"\lambda = 0.1",
-    status="ambiguous",
-    correction="no unit is given. Per 40 ms sample, 2.5 s⁻¹ and 5 s⁻¹, is far more plausible:"
-    " `per_sample(0.1, period=0.04)`; λ is in s⁻¹ everywhere else",
-)
-def unit_of_lambda() -> Evidence:
-    """The lag v/λ without the derivative term at 4 cm/s, in m. Per second it would be longer than
-    the edge of the cube, 0.25 m, along which the camera slides."""
-    behind = -lag().subs({tau: 0, kappa: 1, k_ff: 0})
-    printed, period = Rational(1, 10), Rational(4, 100)
-    speed = SLIDE[v]
-    readings = {
-        "per second": behind.subs({v: speed, lam: printed}),
-        "per sample": behind.subs({v: speed, lam: printed / period}),
-    }
-    edge = Rational(1, 4)
-    plausible = [Gt(readings["per second"], edge), Lt(readings["per sample"], edge)]
-    return Evidence(readings=readings, corrected=plausible)
 
 
 @claim(
@@ -92,7 +45,7 @@ def lower_amplitude() -> Evidence:
         printed=Gt(gain, 0),
         under=[
             gain - v**2 * (1 / lam - 2 * tau) / lam,
-            Gt(factor(gain.subs(lam, 1 / (2 * tau + _q))), 0),
+            Gt(factor(gain.subs(lam, 1 / (2 * tau + ABOVE_ZERO))), 0),
             measured,
         ],
         at={**SLIDE, lam: 10},
@@ -161,14 +114,3 @@ def static_error() -> Evidence:
         ],
         at={omega: Rational(1, 2), lam: 5, t: 3},
     )
-
-
-SETUP: tuple[Claim, ...] = (
-    placement,
-    unit_of_lambda,
-)
-CLAIMS: tuple[Claim, ...] = (
-    lower_amplitude,
-    faster_convergence,
-    static_error,
-)

@@ -143,9 +143,9 @@ def _ascii(name: str) -> str:
 
 
 def _spelled(character: str) -> str:
-    found = re.fullmatch(r"GREEK (SMALL|CAPITAL) LETTER (\w+)", unicodedata.name(character, ""))
-    if found:
-        return found[2].lower() if found[1] == "SMALL" else found[2].capitalize()
+    greek = re.fullmatch(r"GREEK (SMALL|CAPITAL) LETTER (\w+)", unicodedata.name(character, ""))
+    if greek:
+        return greek[2].lower() if greek[1] == "SMALL" else greek[2].capitalize()
     return f"u{ord(character):04X}"
 
 

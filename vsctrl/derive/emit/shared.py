@@ -48,7 +48,7 @@ def common(entries: Sequence[Expr], taken: Collection[str] = ()) -> tuple[Shared
     The symbols are c0, c1, … without the names that are ``taken``.
     """
     fresh = (Symbol(f"c{i}") for i in count() if f"c{i}" not in taken)
-    found, reduced = cse(list(entries), symbols=fresh, order="canonical")
+    repeated, reduced = cse(list(entries), symbols=fresh, order="canonical")
     shared: Shared = []
     known: dict[Expr, Symbol] = {}
 
@@ -66,11 +66,11 @@ def common(entries: Sequence[Expr], taken: Collection[str] = ()) -> tuple[Shared
             shared.append((known[root], root))
         return known[root] ** (entry.exp if entry.exp.is_Integer else 2 * entry.exp)
 
-    for symbol, value in found:
+    for symbol, value in repeated:
         shared.append((symbol, visit(value)))
         known.setdefault(value, symbol)
     reduced = [visit(entry) for entry in reduced]
-    return _renumbered(shared, reduced, taken) if len(shared) > len(found) else (shared, reduced)
+    return _renumbered(shared, reduced, taken) if len(shared) > len(repeated) else (shared, reduced)
 
 
 def factors(entry: Expr) -> int | None:

@@ -31,7 +31,9 @@ from sympy import (
 from sympy.polys.matrices import DomainMatrix
 
 from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
-from vsctrl.derive.features.planes import PLANE, Plane, checked, symbols_of, velocity_on
+from vsctrl.derive.features.feature import are_symbols
+from vsctrl.derive.features.planes import PLANE, Plane, checked, velocity_on
+from vsctrl.derive.inputs import symbols_in
 from vsctrl.derive.simplify import shortest
 from vsctrl.errors import InputError
 from vsctrl.symbols import X, Y
@@ -75,7 +77,7 @@ class Primitive:
     @property
     def arguments(self) -> tuple[Symbol, ...]:
         """The symbols in which L is written: shape, plane, parameters, camera."""
-        return (*self.shape, *symbols_of(self.plane), *self.parameters, *self.camera.parameters)
+        return (*self.shape, *symbols_in(self.plane), *self.parameters, *self.camera.parameters)
 
     @cached_property
     def interaction(self) -> ImmutableMatrix:
@@ -95,7 +97,7 @@ class Primitive:
         degree = max(p.total_degree() for p in rest) - h_.total_degree()
         multiples = [-h_ * Poly(f, X, Y) for f in itermonomials([X, Y], max(degree, 0))]
         solved = self._solve([*rest[:k], *multiples], rest[k:], algebra)
-        linear = symbols_of(plane)
+        linear = symbols_in(plane)
         L = ImmutableMatrix(k, 6, lambda i, j: algebra.back(solved[i, j], linear))
         return L.xreplace(floats)
 
@@ -137,13 +139,11 @@ class Primitive:
 
     def _check_symbols(self) -> None:
         for field in ("shape", "parameters"):
-            given = getattr(self, field)
-            if not isinstance(given, tuple) or not all(
-                isinstance(s, Symbol) and s.name.isidentifier() for s in given
-            ):
+            entries = getattr(self, field)
+            if not are_symbols(entries):
                 raise InputError(
                     f"{field} of primitive {self.name!r} must be a tuple of symbols whose names "
-                    f"are identifiers; got {given!r}."
+                    f"are identifiers; got {entries!r}."
                 )
         if not self.shape:
             raise InputError(f"Primitive {self.name!r} needs at least one symbol in its shape.")

@@ -2,7 +2,7 @@
 
 The module exists so that everything else (interaction matrix, reference, source code) is derived
 from one declaration, and holds for any feature. The features that people use are declared in
-``points``, ``contours``, ``moments`` and ``poses``.
+``points``, ``outlines`` and ``poses``; ``curves`` and ``moments`` have kinds of their own.
 """
 
 from dataclasses import dataclass
@@ -90,8 +90,8 @@ class Feature:
         symbols = [symbol for symbol, _ in self.measures]
         if self.places:
             placed = dict(self.places)
-            left = [c for c in self.coordinates if c not in placed]
-            return (*symbols, *left, *self.parameters)
+            remaining = [c for c in self.coordinates if c not in placed]
+            return (*symbols, *remaining, *self.parameters)
         if not symbols:
             return self.coordinates + self.parameters
         points = [
@@ -219,7 +219,13 @@ def is_pair(pair: object) -> bool:
     return (
         isinstance(pair, tuple)
         and len(pair) == 2
-        and isinstance(pair[0], Symbol)
-        and pair[0].name.isidentifier()
+        and are_symbols(pair[:1])
         and isinstance(pair[1], Expr)
+    )
+
+
+def are_symbols(entries: object) -> bool:
+    """Whether this is a tuple of symbols whose names are identifiers."""
+    return isinstance(entries, tuple) and all(
+        isinstance(entry, Symbol) and entry.name.isidentifier() for entry in entries
     )

@@ -11,26 +11,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
 
-from sympy import (
-    Expr,
-    ImmutableMatrix,
-    Poly,
-    S,
-    Symbol,
-    atan2,
-    cancel,
-    nan,
-    oo,
-    sqrt,
-    symbols,
-    zoo,
-)
+from sympy import Expr, ImmutableMatrix, Poly, S, Symbol, atan2, cancel, nan, oo, sqrt, symbols, zoo
 from sympy.core.function import AppliedUndef
 
 from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.features.curves import x_g, y_g
-from vsctrl.derive.features.feature import is_pair
-from vsctrl.derive.features.planes import PLANE, Plane, checked, symbols_of, velocity_on
+from vsctrl.derive.features.feature import are_symbols, is_pair
+from vsctrl.derive.features.planes import PLANE, Plane, checked, velocity_on
+from vsctrl.derive.inputs import symbols_in
 from vsctrl.derive.kinematics.interaction import differentiated, undifferentiated
 from vsctrl.derive.simplify import shortest
 from vsctrl.errors import InputError
@@ -103,7 +91,7 @@ class Moments:
         first = sorted(new - {a, x_g, y_g, *_table(), *self.parameters}, key=str)
         known = (*first, a, x_g, y_g, *_table())
         used = [symbol for symbol in (*known, *self.parameters) if symbol in here]
-        return (*used, *symbols_of(self.plane), *self.camera.parameters)
+        return (*used, *symbols_in(self.plane), *self.camera.parameters)
 
     @cached_property
     def interaction(self) -> ImmutableMatrix:
@@ -121,13 +109,11 @@ class Moments:
         # Expanded first: cancel may take minutes over quotients nested in a sum.
         by_size = by_size.applyfunc(lambda entry: cancel(entry.expand()))
         L = L.applyfunc(cancel) if by_size.has(size) else by_size
-        return L.applyfunc(lambda entry: shortest(entry, symbols_of(self.plane)))
+        return L.applyfunc(lambda entry: shortest(entry, symbols_in(self.plane)))
 
     def _check_symbols(self) -> None:
         """Every name must mean one thing: moments, parameters, plane and camera share no symbol."""
-        if not isinstance(self.parameters, tuple) or not all(
-            isinstance(s, Symbol) and s.name.isidentifier() for s in self.parameters
-        ):
+        if not are_symbols(self.parameters):
             raise InputError(
                 f"parameters of feature {self.name!r} must be a tuple of symbols whose names are "
                 f"identifiers; got {self.parameters!r}."
@@ -138,7 +124,7 @@ class Moments:
                 f"got {self.places!r}."
             )
         own = (X, Y, a, x_g, y_g, *_table())
-        others = (*self.parameters, *symbols_of(self.plane), *self.camera.parameters)
+        others = (*self.parameters, *symbols_in(self.plane), *self.camera.parameters)
         new = set[Symbol]().union(*(place.free_symbols for _, place in self.places))
         names = [symbol.name for symbol in (*own, *others, *(new - {*own, *others}))]
         twice = sorted({name for name, times in Counter(names).items() if times > 1})
@@ -158,7 +144,7 @@ class Moments:
             if not isinstance(expression, Expr):
                 raise InputError(
                     f"{expression!r} of feature {self.name!r} is no SymPy expression; write it "
-                    "with m(i, j), mu(i, j), x_g, y_g and a of vsctrl.derive.moments."
+                    "with m(i, j), mu(i, j), x_g, y_g and a of vsctrl.derive.features.moments."
                 )
             free = expression.free_symbols
             unknown = sorted(str(s) for s in free - known - set(self.parameters))

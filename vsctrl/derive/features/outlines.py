@@ -1,6 +1,6 @@
 """What a camera sees of a line, an ellipse, a circle and a sphere in space, as features.
 
-References along a motion need s as a function of points and directions, which ``contours`` does
+References along a motion need s as a function of points and directions, which ``curves`` does
 not know. Every closed curve here is seen as a dual conic, the matrix D with nᵀ D n = 0 for the
 lines nᵀ(X, Y, 1) = 0 that touch it, since D is of second degree in the coordinates and the conic
 itself of fourth.
@@ -8,13 +8,13 @@ itself of fourth.
 
 from functools import cached_property
 
-from sympy import Expr, ImmutableMatrix, Symbol, atan2, diag, eye, sqrt, symbols
+from sympy import Expr, ImmutableMatrix, Symbol, atan2, eye, sqrt, symbols
 
 from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.features.feature import Feature
 from vsctrl.derive.features.planes import Plane
 from vsctrl.derive.kinematics.interaction import chain_rule
-from vsctrl.symbols import X, Y, d_x, d_y, d_z, x, y, z
+from vsctrl.symbols import d_x, d_y, d_z, x, y, z
 
 e_x, e_y, e_z = symbols("e_x e_y e_z", real=True)  #: second direction, m
 n_x, n_y, n_z = symbols("n_x n_y n_z", real=True)  #: unit normal of a plane
@@ -28,7 +28,7 @@ _P, _D, _E, _N = (
 class Outline(Feature):
     """A feature with L as the chain rule leaves it: multiplied out it is long, and slow to find.
 
-    The short form is that of ``contours``, in the shape itself.
+    The short form is that of ``curves``, in the shape itself.
     """
 
     @cached_property
@@ -38,7 +38,7 @@ class Outline(Feature):
 
 
 def SeenLine(camera: Camera = NORMALISED) -> Outline:
-    """``contours.Line`` of the line through the point p (m) with direction d, of any length.
+    """``curves.Line`` of the line through the point p (m) with direction d, of any length.
 
     Its normal n = p × d in the image is n_x X + n_y Y + n_z = 0, so that θ = atan2(n_y, n_x) and
     ρ = −n_z/√(n_x² + n_y²). Turning d round gives (−ρ, θ ± π). Arguments: p, d, the camera's.
@@ -58,7 +58,7 @@ def SeenLine(camera: Camera = NORMALISED) -> Outline:
 
 
 def SeenEllipse(camera: Camera = NORMALISED) -> Outline:
-    """``contours.Ellipse`` of the ellipse p + d cos φ + e sin φ in space, everything in m.
+    """``curves.Ellipse`` of the ellipse p + d cos φ + e sin φ in space, everything in m.
 
     d and e are conjugate half axes; perpendicular ones of one length make it a circle. The normal
     of its plane is d × e. D = d dᵀ + e eᵀ − p pᵀ. Arguments: p, d, e, the camera's. Singular where
@@ -70,7 +70,7 @@ def SeenEllipse(camera: Camera = NORMALISED) -> Outline:
 
 
 def SeenCircle(camera: Camera = NORMALISED) -> Outline:
-    """``contours.Ellipse`` of the circle of radius R about p (m) with the unit normal n.
+    """``curves.Ellipse`` of the circle of radius R about p (m) with the unit normal n.
 
     D = R² (I − n nᵀ) − p pᵀ. Arguments: p, n, R, the camera's. Singular and errors as
     ``SeenEllipse``.
@@ -80,7 +80,7 @@ def SeenCircle(camera: Camera = NORMALISED) -> Outline:
 
 
 def SeenSphere(camera: Camera = NORMALISED) -> Outline:
-    """``contours.Ellipse`` of the sphere of radius R about p (m), through any camera.
+    """``curves.Ellipse`` of the sphere of radius R about p (m), through any camera.
 
     D = R² I − p pᵀ. Arguments: p, R, the camera's; ``points.Sphere`` is the same s with L in the
     centre of the ellipse and z. Its outline is a circle in ``sphere_plane``.
@@ -92,7 +92,7 @@ def SeenSphere(camera: Camera = NORMALISED) -> Outline:
 def sphere_plane() -> Plane:
     """(A, B, C) = p/(|p|² − R²) of the plane with the outline of a sphere, where p · q = |p|² − R².
 
-    With it ``contours.Ellipse`` holds for a sphere too: the outline slides over the sphere, but
+    With it ``curves.Ellipse`` holds for a sphere too: the outline slides over the sphere, but
     only along the rays that touch it, which the image does not show.
     """
     a, b, c = _P / (_P.dot(_P) - R**2)
@@ -126,11 +126,8 @@ def _outline(
 def _matrix(camera: Camera) -> ImmutableMatrix:
     """K of (X, Y, 1) = K (x, y, 1). Errors: `InputError` for a lens that distorts."""
     checked_camera(camera).require_straight()
-    image = ImmutableMatrix([*camera.image(X, Y)])
-    linear = image.jacobian([X, Y])
-    return diag(linear, 1) + ImmutableMatrix(
-        3, 3, lambda i, j: image[i].subs({X: 0, Y: 0}) if j == 2 and i < 2 else 0
-    )
+    (f_x, f_y), (u_0, v_0) = camera.focal, camera.centre
+    return ImmutableMatrix([[f_x, camera.skew, u_0], [0, f_y, v_0], [0, 0, 1]])
 
 
 def _triple(vector: ImmutableMatrix) -> tuple[Expr, Expr, Expr]:

@@ -1,12 +1,12 @@
 """Planes seen by a camera: 1/z = A x + B y + C, and how image points on them move.
 
 A camera sees no depth, so curves and regions need the plane that they lie in. Every derivation
-over such a plane starts here; ``contours`` and ``moments`` carry it on.
+over such a plane starts here; ``curves`` and ``moments`` carry it on.
 """
 
 from typing import Any
 
-from sympy import Expr, ImmutableMatrix, Symbol, symbols
+from sympy import Expr, ImmutableMatrix, symbols
 
 from vsctrl.derive.camera import Camera
 from vsctrl.derive.inputs import Vector, scalar, vector
@@ -49,12 +49,6 @@ def checked(name: str, plane: Any) -> Plane:
             f"{name}: plane = {plane!r} depends on the image point; A, B and C must not."
         )
     return a, b, c
-
-
-def symbols_of(plane: Plane) -> tuple[Symbol, ...]:
-    """The symbols among A, B and C, in this order."""
-    found = [symbol for entry in plane for symbol in sorted(entry.free_symbols, key=str)]
-    return tuple(dict.fromkeys(found))
 
 
 def velocity_on(plane: Plane, camera: Camera) -> ImmutableMatrix:

@@ -6,17 +6,7 @@ coordinates unless a camera is given, e = s − s*, columns Vx Vy Vz Ωx Ωy Ωz
 
 from typing import Any
 
-from sympy import (
-    Expr,
-    S,
-    Symbol,
-    atan2,
-    cos,
-    log,
-    sin,
-    sqrt,
-    symbols,
-)
+from sympy import Expr, S, Symbol, atan2, cos, log, sin, sqrt, symbols
 
 from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.features.feature import Feature
@@ -187,11 +177,7 @@ def Sphere() -> Feature:
 
 def numbered(i: int) -> tuple[Symbol, Symbol, Symbol]:
     """Coordinates (x_i, y_i, z_i) of the i-th of several points, z_i > 0."""
-    return (
-        Symbol(f"x_{i}", real=True),
-        Symbol(f"y_{i}", real=True),
-        Symbol(f"z_{i}", positive=True),
-    )
+    return (*symbols(f"x_{i} y_{i}", real=True), Symbol(f"z_{i}", positive=True))
 
 
 def _image_point(camera: Camera) -> dict[str, Any]:

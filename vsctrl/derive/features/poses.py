@@ -115,11 +115,11 @@ def Translation(frame: str = "cdtc") -> Feature:
     )
 
 
-def _require(name: str, given: object, known: tuple[str, ...]) -> None:
-    if given not in known:
+def _require(name: str, value: object, known: tuple[str, ...]) -> None:
+    if value not in known:
         choices = ", ".join(map(repr, known))
         raise InputError(
-            f"{name} = {given!r} is no {name} of a pose feature{nearest(given, known)}; choose one "
+            f"{name} = {value!r} is no {name} of a pose feature{nearest(value, known)}; choose one "
             f"of {choices}."
         )
 

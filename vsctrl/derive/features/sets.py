@@ -108,11 +108,11 @@ def _numbered(feature: Feature, i: int, own: tuple[Symbol, ...]) -> Feature:
     varied = dict.fromkeys((*feature.coordinates, *measured, *own))
     names = {symbol: Symbol(f"{symbol.name}_{i}", **symbol.assumptions0) for symbol in varied}
 
-    def pairs(given: Iterable[tuple[Symbol, Expr]]) -> _Pairs:
-        return tuple((names.get(symbol, symbol), e.xreplace(names)) for symbol, e in given)
+    def pairs(originals: Iterable[tuple[Symbol, Expr]]) -> _Pairs:
+        return tuple((names.get(symbol, symbol), e.xreplace(names)) for symbol, e in originals)
 
-    def triples(given: tuple[Coordinates, ...]) -> tuple[Coordinates, ...]:
-        return tuple((names[a], names[b], names[c]) for a, b, c in given)
+    def triples(vectors: tuple[Coordinates, ...]) -> tuple[Coordinates, ...]:
+        return tuple((names[a], names[b], names[c]) for a, b, c in vectors)
 
     return _Renamed(
         f"{feature.name}_{i}",
@@ -127,10 +127,10 @@ def _numbered(feature: Feature, i: int, own: tuple[Symbol, ...]) -> Feature:
     )
 
 
-def _merged(name: str, kind: str, given: Iterable[_Pairs]) -> _Pairs:
+def _merged(name: str, kind: str, parts: Iterable[_Pairs]) -> _Pairs:
     """The pairs of all features; each symbol must mean one thing."""
     merged: dict[Symbol, Expr] = {}
-    for symbol, expression in chain.from_iterable(given):
+    for symbol, expression in chain.from_iterable(parts):
         if merged.setdefault(symbol, expression) != expression:
             raise InputError(
                 f"In the feature set {name!r}, two features have the {kind} {symbol} for different "

@@ -2,7 +2,7 @@
 
 The module holds the kinematics that every derivation starts from, how a point and a direction move
 in the frame of a moving camera, and the chain rule over them. Features that are no functions of
-points bring their own derivation: see ``contours`` and ``moments``.
+points bring their own derivation: see ``curves`` and ``moments`` of ``features``.
 """
 
 from collections.abc import Iterable, Sequence
@@ -28,6 +28,8 @@ from vsctrl.errors import InputError
 from vsctrl.symbols import Omega_x, Omega_y, Omega_z, V_x, V_y, V_z
 
 Coordinates = tuple[Symbol, Symbol, Symbol]
+
+_V, _OMEGA = ImmutableMatrix([V_x, V_y, V_z]), ImmutableMatrix([Omega_x, Omega_y, Omega_z])
 
 
 class VisualFeature(Protocol):
@@ -95,21 +97,15 @@ def undifferentiated(matrix: ImmutableMatrix) -> Expr | None:
 
     That of an undefined function, f(x), has no other form and may stay.
     """
-    left = matrix.atoms(Derivative, Subs, DiracDelta)
-    return min((e for e in left if not e.atoms(AppliedUndef)), key=str, default=None)
+    unevaluated = matrix.atoms(Derivative, Subs, DiracDelta)
+    return min((e for e in unevaluated if not e.atoms(AppliedUndef)), key=str, default=None)
 
 
 def point_velocity(p: Sequence[Expr]) -> ImmutableMatrix:
     """The 3×6 matrix [−I₃ | p̃] of p' = −V − Ω × p, which is linear in the twist (V, Ω)."""
-    V, Omega = _twist()
-    return (-V - skew(Omega) * ImmutableMatrix(p)).jacobian([*V, *Omega])
+    return (-_V - skew(_OMEGA) * ImmutableMatrix(p)).jacobian([*_V, *_OMEGA])
 
 
 def direction_velocity(d: Sequence[Expr]) -> ImmutableMatrix:
     """The 3×6 matrix [0 | d̃] of d' = −Ω × d, the difference of two points."""
-    V, Omega = _twist()
-    return (-skew(Omega) * ImmutableMatrix(d)).jacobian([*V, *Omega])
-
-
-def _twist() -> tuple[ImmutableMatrix, ImmutableMatrix]:
-    return ImmutableMatrix([V_x, V_y, V_z]), ImmutableMatrix([Omega_x, Omega_y, Omega_z])
+    return (-skew(_OMEGA) * ImmutableMatrix(d)).jacobian([*_V, *_OMEGA])

@@ -42,7 +42,7 @@ _tau = Dummy("tau", positive=True)
 def skew(r: Vector) -> ImmutableMatrix:
     """The 3×3 matrix r̃ of the cross product, r̃ p = r × p, for any vector r.
 
-    Raises InputError when r has not three entries. Source: definition under eq. 11.
+    Errors: `InputError` when r has not three entries. Source: definition under eq. 11.
     """
     # Column j of r̃ is r × e_j.
     column = vector("r", r)
@@ -105,7 +105,7 @@ def rotation(r: Vector, theta: Any) -> ImmutableMatrix:
     """The 3×3 matrix exp(−θ r̃) = I − sin θ r̃ + (1 − cos θ) r̃² of eq. 13, θ in rad.
 
     It takes the coordinates of a fixed point into a camera frame that has turned by θ about the
-    unit axis r. Raises InputError for an axis that is not of unit length. Source: eq. 13.
+    unit axis r. Errors: `InputError` for an axis that is not of unit length. Source: eq. 13.
     """
     angle = scalar("theta", theta)
     turned = _assemble([c.subs(_theta, angle) for c in _exponential()], axis(r))
@@ -118,14 +118,12 @@ def point_motion(p: Vector, V: Vector, omega: Any, r: Vector, t: Any) -> Immutab
     p (m) are the coordinates at t₀, V (m/s) and ω r (rad/s) the camera's velocities in its own
     frame, r a unit axis, t (s) the time elapsed since t₀:
     p(t) = exp(−ω r̃ t) p − exp(−ω r̃ t) ∫₀ᵗ exp(ω r̃ τ) dτ V; for ω = 0 it is p − V t exactly.
-    Raises InputError for wrong shapes, an axis not of unit length, or a screw that depends on t.
+    Errors: `InputError` for wrong shapes, an axis not of unit length, or a screw that depends on t.
     Source: eq. 12 and 14; eq. 16 for ω = 0.
     """
-    start, velocity, unit = vector("p", p), vector("V", V), axis(r)
-    speed, elapsed = scalar("omega", omega), scalar("t", t)
-    require_constant(elapsed, V=velocity, omega=ImmutableMatrix([speed]), r=unit)
+    start, velocity = vector("p", p), vector("V", V)
+    unit, speed, elapsed, angle = _turn(r, omega, t, V=velocity)
     drift = [c.subs({_omega: speed, _t: elapsed}) for c in _integral(not speed.is_zero)]
-    angle = S.Zero if speed.is_zero else speed * elapsed
     return _tidy(rotation(unit, angle) * start - _assemble(drift, unit) * velocity, angle)
 
 
@@ -135,10 +133,8 @@ def direction_motion(d: Vector, omega: Any, r: Vector, t: Any) -> ImmutableMatri
     d(t) = exp(−ω r̃ t) d: the difference of two points, which V moves alike. Units and errors as in
     ``point_motion``. Source: eq. 13.
     """
-    start, unit = vector("d", d), axis(r)
-    speed, elapsed = scalar("omega", omega), scalar("t", t)
-    require_constant(elapsed, omega=ImmutableMatrix([speed]), r=unit)
-    angle = S.Zero if speed.is_zero else speed * elapsed
+    start = vector("d", d)
+    unit, _, _, angle = _turn(r, omega, t)
     return _tidy(rotation(unit, angle) * start, angle)
 
 
@@ -150,12 +146,19 @@ def rotation_about(p: Vector, d: Vector, omega: Any, r: Vector, t: Any) -> Immut
     p(t) = p + (−sin ωt r̃ + (1 − cos ωt) r̃²)(p − d). Units and errors as in ``point_motion``.
     Source: eq. 17.
     """
-    start, arm, unit = vector("p", p), vector("d", d), axis(r)
-    speed, elapsed = scalar("omega", omega), scalar("t", t)
-    require_constant(elapsed, d=arm, omega=ImmutableMatrix([speed]), r=unit)
-    angle = S.Zero if speed.is_zero else speed * elapsed
+    start, arm = vector("p", p), vector("d", d)
+    unit, speed, elapsed, angle = _turn(r, omega, t, d=arm)
     arc = _assemble([c.subs({_omega: speed, _t: elapsed}) for c in _arc()], unit)
     return _tidy(rotation(unit, angle) * start + arc * arm, angle)
+
+
+def _turn(
+    r: Vector, omega: Any, t: Any, **constants: ImmutableMatrix
+) -> tuple[ImmutableMatrix, Expr, Expr, Expr]:
+    """Axis, speed, time and angle of a turn; these and other ``constants`` hold no time."""
+    unit, speed, elapsed = axis(r), scalar("omega", omega), scalar("t", t)
+    require_constant(elapsed, **constants, omega=ImmutableMatrix([speed]), r=unit)
+    return unit, speed, elapsed, S.Zero if speed.is_zero else speed * elapsed
 
 
 def _tidy(matrix: ImmutableMatrix, angle: Expr) -> ImmutableMatrix:
@@ -164,7 +167,7 @@ def _tidy(matrix: ImmutableMatrix, angle: Expr) -> ImmutableMatrix:
 
 
 def require_constant(t: Expr, **constants: ImmutableMatrix) -> None:
-    """Raise InputError when the screw depends on the time: eq. 14 solves for a constant one."""
+    """Refuse a screw that depends on the time, as eq. 14 is for a constant one."""
     for name, value in constants.items():
         shared = value.free_symbols & t.free_symbols
         if shared:

@@ -63,7 +63,7 @@ def reference(feature: Feature, *, V: Vector, omega: Any, r: Vector, t: Any = el
 
     V in m/s, ω in rad/s, r a unit axis, all in the camera frame; t in s since t₀. Points move as
     ``point_motion`` says, directions as ``direction_motion``.
-    Raises InputError as these do, and for what is no function of points and directions.
+    Errors: `InputError` as these do, and for what is no function of points and directions.
     Source: eq. 14 and 15; ω = 0 is eq. 16.
     """
 
@@ -106,7 +106,7 @@ def reference_along(feature: Feature, pose: Any, *, t: Symbol = elapsed) -> Refe
     twist T*(t) has hat(T*) = oTc⁻¹ d(oTc)/dt. Results hold x_o, y_o, z_o (m) for the coordinates
     x, y, z of a point in o, which may be of any sign. Derivatives of undefined functions of t stay
     as they are.
-    Raises InputError for what is no pose, such as a rotation with RᵀR ≠ I, for one that is not
+    Errors: `InputError` for what is no pose, such as a rotation with RᵀR ≠ I, for one that is not
     smooth in t, and for what is no function of points and directions. Source: eq. 5 and 11.
     """
     if not isinstance(t, Symbol):
@@ -148,7 +148,7 @@ def _on_screw(
 
 
 def _require_moving(feature: Any, time: Expr) -> None:
-    """Raise InputError for what no motion of points moves, and for a parameter that is the time."""
+    """Refuse what no motion of points moves, and a parameter that is the time."""
     if not isinstance(feature, Feature):
         name = getattr(feature, "name", feature)
         raise InputError(

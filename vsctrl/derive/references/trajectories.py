@@ -6,13 +6,7 @@ The module exists so that a pose is checked once to be one; what moves along it 
 
 from typing import Any
 
-from sympy import (
-    Derivative,
-    Dummy,
-    ImmutableMatrix,
-    Rational,
-    Symbol,
-)
+from sympy import Derivative, Dummy, ImmutableMatrix, Rational, Symbol
 from sympy.core.function import AppliedUndef
 
 from vsctrl.derive.inputs import scalar, vanishes
@@ -35,7 +29,7 @@ def pose_at(name: str, pose: Any, t: Symbol) -> ImmutableMatrix:
 
     Symbols r_x, r_y, r_z of ``vsctrl.symbols`` are a unit axis. RᵀR = I is tried at places in
     general position, to 1e-12.
-    Raises InputError when it is not that, and when it holds another symbol that is called t.
+    Errors: `InputError` when it is not that, and when it holds another symbol that is called t.
     """
     try:
         rows = [list(row) for row in (pose.tolist() if hasattr(pose, "tolist") else pose)]
@@ -72,7 +66,7 @@ def twist_of(oTc: ImmutableMatrix, t: Symbol) -> ImmutableMatrix:
     """(V, Ω), 6×1 in the camera frame, of a camera with this pose: hat(T) = oTc⁻¹ d(oTc)/dt.
 
     V = Rᵀ dp/dt in m/s, and Ω in rad/s is the axial vector of Rᵀ dR/dt.
-    Raises InputError for a pose that is not smooth in t.
+    Errors: `InputError` for a pose that is not smooth in t.
     """
     R, rate = oTc[:3, :3], oTc.diff(t).doit()
     rough = undifferentiated(rate)

@@ -10,21 +10,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from html import escape
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.diagram.consistency import sampled_limit
-from vsctrl.diagram.consistency.faces import System
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade import order as pade_order
+from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.roots import rightmost
 from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.time import collocation
 from vsctrl.errors import ImproperError, InputError, LimitError
 from vsctrl.symbols import s
+from vsctrl.tables import Printed, html, text
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -48,15 +48,15 @@ class Check:
         """Whether the difference is explained."""
         return self.difference <= self.allowed
 
-    @property
-    def cells(self) -> tuple[str, ...]:
-        """Its row in a table, the note left out."""
-        numbers = f"{self.difference:.1e}", f"{self.allowed:.0e}"
-        return (self.channel, self.faces, *numbers, "pass" if self.passed else "FAIL")
+    def row(self, note: str) -> tuple[str, ...]:
+        """Its row in a table, the note as that text has it."""
+        verdict = "pass" if self.passed else "FAIL"
+        verdict += note.format(self.note) if self.note else ""
+        return self.channel, self.faces, f"{self.difference:.1e}", f"{self.allowed:.0e}", verdict
 
 
-@dataclass(frozen=True)
-class CrossCheck:
+@dataclass(frozen=True, repr=False)
+class CrossCheck(Printed):
     """All comparisons of one system; `passed` if every one of them did."""
 
     lines: tuple[Check, ...]
@@ -66,43 +66,33 @@ class CrossCheck:
         """Whether every face agrees with every other."""
         return all(line.passed for line in self.lines)
 
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
-
     def __str__(self) -> str:
-        head = f"{'channel':24}{'faces':44}{'difference':>11}{'allowed':>9}"
-        rows = [
-            f"{channel:24}{faces:44}{difference:>11}{allowed:>9}  {verdict}"
-            + (f" ({line.note})" if line.note else "")
-            for line in self.lines
-            for channel, faces, difference, allowed, verdict in [line.cells]
-        ]
-        return "\n".join([head, *rows])
+        return text(self._rows(" ({})"), "{:24}{:44}{:>11}{:>9}  {}")
 
     def _repr_html_(self) -> str:
-        cells: list[tuple[str, ...]] = [("channel", "faces", "difference", "allowed", "")]
-        for line in self.lines:
-            *others, verdict = line.cells
-            cells.append((*others, f"{verdict}, {line.note}" if line.note else verdict))
-        rows = ("".join(f"<td>{escape(cell)}</td>" for cell in row) for row in cells)
-        return "<table>" + "".join(f"<tr>{row}</tr>" for row in rows) + "</table>"
+        return html(self._rows(", {}"))
+
+    def _rows(self, note: str) -> list[tuple[str, ...]]:
+        head = ("channel", "faces", "difference", "allowed", "")
+        return [head, *(line.row(note) for line in self.lines)]
 
 
-def crosscheck(system: System) -> CrossCheck:
+def crosscheck(system: Numeric) -> CrossCheck:
     """Hold all faces of every channel from an input to an output to each other."""
     pairs = product(system.diagram.inputs, system.diagram.outputs)
-    return CrossCheck(tuple(check for pair in pairs for check in _channel(system, system[pair])))
+    channels = [NumericChannel(system, *pair) for pair in pairs]
+    return CrossCheck(tuple(check for channel in channels for check in _channel(channel)))
 
 
-def _channel(system: System, channel: NumericChannel) -> list[Check]:
+def _channel(channel: NumericChannel) -> list[Check]:
     name = f"{channel.source} → {channel.target}"
     # Frequencies on and off the axis, two decades round the channel's own.
     omega = np.geomspace(0.05, 5.0, 7) / _unit(channel)
     points = np.concatenate([1j * omega, (0.3 + 1j) * omega[:4]])
     exact = channel(points)
     scale = 1 + np.abs(exact)
-    symbolic = np.array([complex(channel.expr.subs("s", point).evalf(30)) for point in points])
+    expr = channel.system.transfer(channel.source, channel.target)
+    symbolic = [channel.sign * complex(expr.subs("s", point).evalf(30)) for point in points]
     faces, allowed = "compiled against symbolic, 30 digits", _phase_rounding(channel, points)
     compiled = Check(name, faces, _largest(exact - symbolic, scale), 1e-12 * allowed)
     try:
@@ -115,7 +105,7 @@ def _channel(system: System, channel: NumericChannel) -> list[Check]:
         _roots(channel, name),
         _time(channel, name),
         *_pade(channel, name, points),
-        *_sampled(system, channel, name),
+        *_sampled(channel, name),
     ]
 
 
@@ -170,11 +160,11 @@ def _pade(channel: NumericChannel, name: str, points: Complex) -> list[Check]:
     ]
 
 
-def _sampled(system: System, channel: NumericChannel, name: str) -> list[Check]:
+def _sampled(channel: NumericChannel, name: str) -> list[Check]:
     """The sampled twin nears the continuous channel with first order as its period shrinks."""
     faces = "sampled against continuous, T → 0"
     try:
-        errors = sampled_limit.approach(system, channel, _unit(channel))
+        errors = sampled_limit.approach(channel, _unit(channel))
     except (InputError, LimitError) as error:  # not every diagram has a twin, and check() asks all
         return [Check(name, faces, 0.0, 0.0, f"left out: {error}")]
     note = f"{errors.hold!r} held, T = {errors.period / 4:.2g} s"
@@ -191,7 +181,7 @@ def _roots(channel: NumericChannel, name: str) -> Check:
     That is |D/D'|, or √|2D/D''| beside a double zero, where D' is rounding too.
     """
     poles = rightmost.poles(channel.realisation, 4)
-    below = channel.expr.as_numer_denom()[1]
+    below = channel.system.transfer(channel.source, channel.target).as_numer_denom()[1]
     forms = [below, below.diff(s), below.diff(s, 2)]
     unit = _unit(channel)
     steps = []

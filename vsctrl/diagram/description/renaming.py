@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from vsctrl.diagram.description.blocks import Block, Subdiagram, signal_name
-from vsctrl.diagram.symbolic.model import Model
+from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.errors import InputError, nearest
 
-M = TypeVar("M", bound=Model)
+M = TypeVar("M", bound=Wiring)
 
 
-def subdiagram(diagram: Model, name: str, wiring: str) -> Subdiagram:
-    """The diagram as a block; its first input and first output become those of the wiring."""
+def subdiagram(
+    diagram: Wiring, transfer: Callable[[str, str], Any], name: str, wiring: str
+) -> Subdiagram:
+    """The diagram as a block; its first input and first output become those of the wiring.
+
+    `transfer` gives its transfer function from an input to a signal.
+    """
     if not diagram.inputs or not diagram.outputs:
         raise InputError(
             f"block: the diagram has inputs {', '.join(diagram.inputs) or 'none'} and outputs "
@@ -24,7 +29,7 @@ def subdiagram(diagram: Model, name: str, wiring: str) -> Subdiagram:
     source, target = diagram.inputs[0], diagram.outputs[0]
     outer = Block(name, 1, wiring)
     inside = renamed(diagram, {source: outer.input, target: outer.output}, name)
-    return Subdiagram(name, diagram.transfer(source, target), wiring, parts=inside.parts)
+    return Subdiagram(name, transfer(source, target), wiring, parts=inside.parts)
 
 
 def renamed(diagram: M, signals: Mapping[str, str], name: str = "") -> M:

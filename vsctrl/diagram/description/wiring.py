@@ -100,7 +100,7 @@ class Wiring:
             )
 
     def check_channel(self, source: str, target: str) -> None:
-        """Raise a sentence if no channel leads from an input `source` to a signal `target`."""
+        """Refuse a channel that does not go from an input to a signal. Errors: `InputError`."""
         self.require(source)
         self.require(target)
         if source not in self.inputs:

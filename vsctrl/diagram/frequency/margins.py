@@ -18,6 +18,7 @@ from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain, high_freq
 from vsctrl.diagram.frequency.peaks import bandwidth_of, fallen_from, highest_peak
 from vsctrl.diagram.frequency.piecewise import EDGE, Response, band_of, chebyshev_pieces, log_grid
 from vsctrl.diagram.numerics.chebyshev import squared
+from vsctrl.tables import html
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -67,8 +68,7 @@ class Margins:
             ),
             "bandwidth": f"{self.bandwidth:.4g} rad/s",
         }
-        body = "".join(f"<tr><th>{k}</th><td>{v}</td></tr>" for k, v in rows.items())
-        return f"<table>{body}</table>"
+        return html(rows.items(), labels=True)
 
 
 def margins(

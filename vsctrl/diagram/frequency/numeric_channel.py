@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vsctrl.checks import decimal, points
+from vsctrl.checks import points
 from vsctrl.diagram.realisation.assembly import realise
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.roots import rightmost
 from vsctrl.diagram.symbolic import evaluation
 from vsctrl.errors import InputError
-
-if TYPE_CHECKING:
-    import sympy as sp
 
 #: points evaluated together: few enough that what is computed on the way stays in the cache
 AT_ONCE = 8192
@@ -35,14 +32,6 @@ class NumericChannel:
 
     def __post_init__(self) -> None:
         self.system.diagram.check_channel(self.source, self.target)
-
-    @property
-    def expr(self) -> sp.Expr:
-        """The exact transfer function in s, numbers put in."""
-        diagram, values = self.system.diagram, self.system.values
-        symbols = diagram.parameters
-        numbers = {symbols[name]: decimal(f"at: {name}", value) for name, value in values.items()}
-        return self.sign * diagram.transfer(self.source, self.target).subs(numbers)
 
     @cached_property
     def realisation(self) -> DelaySystem:

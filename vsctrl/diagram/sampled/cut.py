@@ -13,6 +13,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl import timing
 from vsctrl.diagram.description.blocks import Block, Part
 from vsctrl.diagram.realisation import assembly
 from vsctrl.diagram.realisation.numeric import Numeric
@@ -55,8 +56,8 @@ def _in_q(name: str, side: Side, order: int, method: str, period: Fraction) -> F
         if after:
             raise InputError(
                 f"sampled: block {name!r} runs in the computer, and its delay of {float(tau):g} s "
-                f"is {float(tau / period):g} periods; make it a whole number, or take the block "
-                "out of digital: a continuous block may have any delay."
+                f"is {timing.shown(tau / period)} periods; make it a whole number, or take the "
+                "block out of digital: a continuous block may have any delay."
             )
         scale = value * a**k * float(period) ** (order - k)
         factors = [[1.0, -1.0]] * k + [[b, c]] * (order - k)

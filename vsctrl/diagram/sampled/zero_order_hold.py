@@ -12,7 +12,6 @@ three periods is three periods and not 2.9999999999999996.
 
 from __future__ import annotations
 
-import math
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
@@ -21,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from vsctrl import timing
 from vsctrl.diagram.numerics.graphs import closure, reached
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.errors import InputError
@@ -55,13 +55,12 @@ def sample(system: DelaySystem, period: Fraction, hold: str) -> Taps:
 def ago(theta: Fraction, period: Fraction) -> tuple[int, Fraction]:
     """(d, g) of θ = d·period − g, 0 ≤ g < period: what is delayed by θ is g after the sample k − d.
 
-    Decimals of 1/30 s and 2/30 s are not quite one and two periods; to 12 digits they are.
+    Decimals of 1/30 s and 2/30 s are not quite one and two periods; `timing` calls them so.
     """
-    samples_ago = round(theta / period)
-    if abs(theta - samples_ago * period) <= Fraction(1, 10**12) * theta:
+    samples_ago, fraction = timing.split(theta / period)
+    if not fraction:
         return samples_ago, Fraction(0)
-    samples_ago = math.ceil(theta / period)
-    return samples_ago, samples_ago * period - theta
+    return samples_ago + 1, (1 - fraction) * period
 
 
 def written_out(system: DelaySystem, hold: str) -> Table:

@@ -25,11 +25,11 @@ from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 from PIL import Image
 
+from vsctrl import files
 from vsctrl.errors import InputError
 from vsctrl.report.plots.run import image_plane
 from vsctrl.report.plots.style import EXACT, GREY, INK, STYLE, WITH, Array
 from vsctrl.servo import Run
-from vsctrl.servo.scenario import toml
 
 #: Most pictures of an animation, and the least and greatest time that it plays, s.
 MOST, SHORTEST, LONGEST = 100, 2.0, 10.0
@@ -79,7 +79,7 @@ def animate(
         loop=0,
         disposal=1,
     )
-    toml.write(Path(path), out.getvalue(), "animation")
+    files.write(Path(path), out.getvalue(), "animation")
 
 
 def timing(run: Run, pictures: int = MOST) -> tuple[Array, list[int]]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
@@ -12,7 +11,7 @@ from matplotlib.figure import Figure
 
 from vsctrl.diagram.stability_chart.chart import Boundary, StabilityChart
 from vsctrl.diagram.stability_chart.raster import Regions
-from vsctrl.report.plots.style import INK, STYLE, WITH, WITHOUT
+from vsctrl.report.plots.style import INK, WITH, WITHOUT, drawing
 
 #: Axis labels for the parameters whose unit is known.
 _NAMES = {
@@ -31,8 +30,7 @@ def stability_chart(chart: StabilityChart) -> Figure:
     rad/s, dashed where a real root passes 0. The stable region is filled in `WITH`.
     """
     regions = chart.regions(1200, 800)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 4.8), layout="constrained")
+    with drawing(7.2, 4.8) as figure:
         axes = figure.subplots()
         box = (chart.x[0], chart.x[-1], chart.y[0], chart.y[-1])
         shade = np.full((*regions.unstable.shape, 4), (*to_rgb(WITH), 0.28))

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import GREY, INK, STYLE, WITH, WITHOUT
+from vsctrl.report.plots.style import GREY, INK, WITH, WITHOUT, drawing, label
 from vsctrl.servo import Run
 from vsctrl.study.statements import Pair, Traces
 from vsctrl.study.statements.runs import EDGE, sideways, size
@@ -27,8 +26,7 @@ LOOK = 120.0  #: mm, length of the line that shows where a camera looks
 
 def error_traces(traces: Traces) -> Figure:
     """Figures 5 and 7: E over time with and without the derivative term, true and as measured."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 3.7), layout="constrained")
+    with drawing(9.0, 3.7) as figure:
         panels, top = figure.subplots(1, 2, sharey=True), _ceiling(traces)
         for axes, pair, title in zip(panels, traces, PANELS, strict=True):
             for run, colour, name in _laws(pair):
@@ -46,8 +44,7 @@ def error_traces(traces: Traces) -> Figure:
 
 def paths(traces: Traces) -> Figure:
     """Figures 6 and 9: the camera's path from above, and how far it is along and across it."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.6, 5.4), layout="constrained")
+    with drawing(9.6, 5.4) as figure:
         grid = figure.add_gridspec(2, 3, width_ratios=(0.75, 1, 1), height_ratios=(1, 1))
         whole = figure.add_subplot(grid[:, 0])
         _from_above(whole, traces.clean)
@@ -74,8 +71,7 @@ def paths(traces: Traces) -> Figure:
 
 def first_point(traces: Traces) -> Figure:
     """Figure 8: the abscissa of the first point and its reference, and the difference enlarged."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 5.4), layout="constrained")
+    with drawing(9.0, 5.4) as figure:
         grid = figure.subplots(2, 2, sharex=True, height_ratios=(1.2, 1))
         for axes, below, pair, title in zip(grid[0], grid[1], traces, PANELS, strict=True):
             below.axhline(0, color=INK, linewidth=THIN)
@@ -92,8 +88,8 @@ def first_point(traces: Traces) -> Figure:
         grid[0, 0].set_ylabel("X1, px")
         grid[1, 0].set_ylabel("X1 − X1*, px")
         _share(grid[0], "y")
-        late = traces.clean.off
-        bound = 1.9 * float(np.abs(late.measured_error[late.t > 1, 0]).max())
+        off = traces.clean.off
+        bound = 1.9 * float(np.abs(off.measured_error[off.t > 1, 0]).max())
         for axes in grid[1]:  # the start is far outside: what stays is to be seen
             axes.set_ylim(-bound, bound)
         grid[0, 0].plot([], [], color=GREY, linestyle=":", linewidth=1.1, label="as measured")
@@ -106,8 +102,7 @@ def velocities(traces: Traces, rotation: bool = False) -> Figure:
     first, factor = 3 if rotation else 0, 1e3  # mm/s and mrad/s alike
     names = ("Ωx", "Ωy", "Ωz") if rotation else ("Vx", "Vy", "Vz")
     unit = "mrad/s" if rotation else "mm/s"
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 5.4), layout="constrained")
+    with drawing(9.0, 5.4) as figure:
         main = 1 if rotation else 0
         heights = [1.8 if row == main else 1.0 for row in range(3)]
         grid = figure.subplots(3, 2, sharex=True, height_ratios=heights)
@@ -143,16 +138,9 @@ def _ends(axes: Axes, pair: Pair, top: float) -> None:
     between = abs(values[0] - values[1]) > 0.15 * top
     for value, other, colour in zip(values, values[::-1], (WITH, WITHOUT), strict=True):
         up = (value < other) == between
-        axes.annotate(
-            f"{value:.1f} px",
-            (float(pair.on.t[-1]), value),
-            xytext=(-2, 5 if up else -5),
-            textcoords="offset points",
-            ha="right",
-            va="bottom" if up else "top",
-            color=colour,
-            fontsize=8.5,
-        )
+        end, shift = (float(pair.on.t[-1]), value), (-2, 5 if up else -5)
+        place: Any = {"ha": "right", "va": "bottom" if up else "top", "fontsize": 8.5}
+        label(axes, f"{value:.1f} px", end, shift, color=colour, **place)
 
 
 def _path(axes: Axes, pair: Pair) -> None:
@@ -173,8 +161,7 @@ def _from_above(axes: Axes, pair: Pair) -> None:
     axes.annotate("cube", (0, 0), ha="center", va="center", color=GREY)
     leds = 1e3 * np.array(pair.on.scenario.target.points)
     axes.plot(leds[:, 0], leds[:, 2], "v", color=GREY, markersize=5)
-    style: Any = {"textcoords": "offset points", "ha": "center", "va": "top", "color": GREY}
-    axes.annotate("LEDs", (0, -edge), (0, -4), **style)
+    label(axes, "LEDs", (0, -edge), (0, -4), ha="center", va="top", color=GREY)
     _path(axes, pair)
     poses = pair.on.reference_pose
     for pose in poses[:: max(1, (len(poses) - 1) // 4)]:

@@ -6,12 +6,11 @@ import math
 import textwrap
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import EXACT, GREY, INK, STYLE, WITH, WITHOUT
+from vsctrl.report.plots.style import EXACT, GREY, INK, WITH, WITHOUT, drawing, label
 from vsctrl.study.compensation.results import Remedies, Treated
 from vsctrl.study.experiments.experiment import Measured
 
@@ -22,22 +21,21 @@ LEGEND = ("true error", "error that the law sees", "gain limit", "gain of the sc
 ENDLESS = 1.5  #: longest axis of gains, in limits of the sampled loop
 
 
-def remedies(found: Remedies) -> Figure:
+def remedies(comparison: Remedies) -> Figure:
     """Error on a ramp (mm) and gain limit (s⁻¹) of each remedy: simulation over theory.
 
     Bars are closed forms, circles six degrees of freedom. A limit beyond the axis ends in an arrow.
     """
-    rows = found.rows[::-1]  # the first one is drawn on top
+    rows = comparison.rows[::-1]  # the first one is drawn on top
     y = np.arange(len(rows))
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.4, 1.5 + ROW * len(rows)), layout="constrained")
+    with drawing(9.4, 1.5 + ROW * len(rows)) as figure:
         left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))
         _errors(left, rows, y)
-        _limits(right, rows, y, found.scenario.law.lam)
+        _limits(right, rows, y, comparison.scenario.law.lam)
         names = [textwrap.fill(row.name.replace(" = ", "\u00a0=\u00a0"), NAME) for row in rows]
         left.set_yticks(y, names, fontsize=8)
         left.set_ylim(-0.7, len(rows) - 0.3)
-        speed = f"{1e3 * found.speed:.3g} mm/s"
+        speed = f"{1e3 * comparison.speed:.3g} mm/s"
         left.set_title(f"error behind (−) or ahead (+) of a ramp of {speed}")
         left.set_xlabel("steady error, mm")
         right.set_title("gain limit")
@@ -59,15 +57,15 @@ def _errors(axes: Axes, rows: tuple[Treated, ...], y: Any) -> None:
         ("error that the law sees", [row.seen for row in rows], WITHOUT, -0.17),
     )
     for name, errors, colour, aside in parts:
-        at = [i for i, error in enumerate(errors) if error is not None]
+        bars = [i for i, error in enumerate(errors) if error is not None]
         some = [error for error in errors if error is not None]
         theory = [1e3 * _real(error.predicted) for error in some]
         axes.barh(
-            y[at] + aside, theory, 0.3, color=colour, alpha=0.35, label=f"{name}, closed form"
+            y[bars] + aside, theory, 0.3, color=colour, alpha=0.35, label=f"{name}, closed form"
         )
         simulated = [1e3 * _real(error.simulated) for error in some]
         axes.plot(
-            simulated, y[at] + aside, "o", color=colour, mfc="none", ms=4.5,
+            simulated, y[bars] + aside, "o", color=colour, mfc="none", ms=4.5,
             label=f"{name}, 6-DOF",
         )  # fmt: skip
     axes.axvline(0, color=INK, linewidth=0.8)
@@ -75,34 +73,30 @@ def _errors(axes: Axes, rows: tuple[Treated, ...], y: Any) -> None:
     axes.set_xlim(low * ROOM, high * ROOM)
     for i, row in enumerate(rows):
         if row.error is None:
-            axes.annotate(
-                "unstable at this gain", (0, y[i]), (5, 0), textcoords="offset points",
-                va="center", fontsize=8, color=GREY,
-            )  # fmt: skip
+            words = "unstable at this gain"
+            label(axes, words, (0, y[i]), (5, 0), va="center", fontsize=8, color=GREY)
 
 
 def _limits(axes: Axes, rows: tuple[Treated, ...], y: Any, lam: float) -> None:
-    """Sampled limits as bars, found ones as circles, those of continuous time as lines."""
+    """Sampled limits as bars, simulated ones as circles, those of continuous time as lines."""
     limits: list[Measured] = [row.limit for row in rows]
     sampled = [_real(limit.exact) for limit in limits]
     axes.barh(y, sampled, 0.5, color=WITH, alpha=0.35, label="gain limit, sampled")
-    found = [_real(limit.simulated) for limit in limits]
-    if not all(map(math.isnan, found)):
-        axes.plot(found, y, "o", color=WITH, mfc="none", ms=5, label="gain limit, 6-DOF")
+    simulated = [_real(limit.simulated) for limit in limits]
+    if not all(map(math.isnan, simulated)):
+        axes.plot(simulated, y, "o", color=WITH, mfc="none", ms=5, label="gain limit, 6-DOF")
     most = ENDLESS * max([lam, *(value for value in sampled if math.isfinite(value))])
-    label = "gain limit, continuous"
+    name = "gain limit, continuous"
     for i, limit in enumerate(limits):
         value = _real(limit.predicted)
         if value <= most:
-            axes.plot([value] * 2, [y[i] - 0.3, y[i] + 0.3], color=INK, lw=1.4, label=label)
+            axes.plot([value] * 2, [y[i] - 0.3, y[i] + 0.3], color=INK, lw=1.4, label=name)
         elif value > most:
-            text = "∞" if math.isinf(value) else f"{value:.3g}"
-            axes.annotate(
-                f"{text} →", (most, y[i]), (-2, 0), textcoords="offset points",
-                ha="right", va="center", fontsize=8, color=INK,
-            )  # fmt: skip
+            words = f"{'∞' if math.isinf(value) else f'{value:.3g}'} →"
+            place: Any = {"ha": "right", "va": "center", "fontsize": 8, "color": INK}
+            label(axes, words, (most, y[i]), (-2, 0), **place)
             continue
-        label = "_"
+        name = "_"
     axes.axvline(lam, color=GREY, ls="--", lw=1.2, label=f"gain of the scenario, {lam:g} s⁻¹")
     axes.set_xlim(0, most)
 

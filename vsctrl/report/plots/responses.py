@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import matplotlib as mpl
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, STYLE, WITH, WITHOUT
+from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, WITH, WITHOUT, drawing, label
 from vsctrl.servo import Run
 from vsctrl.study.plot_data import Times
 
 
 def responses(data: Times) -> Figure:
     """The step, what Padé gets wrong of it, and the tracking error on the ramp."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 5.6), layout="constrained")
+    with drawing(7.2, 5.6) as figure:
         grid = figure.add_gridspec(2, 2)
         step, wrong = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
         ramp = figure.add_subplot(grid[1, :])
@@ -37,14 +37,8 @@ def responses(data: Times) -> Figure:
             ramp.plot(data.t, 1e3 * data.ramp_pade[on], color=INK, linewidth=0.8, linestyle=":")
             level = 1e3 * data.steady[on]
             ramp.axhline(level, color=colour, linewidth=0.8, linestyle="--")
-            ramp.annotate(
-                f"{level:+.2f} mm".replace("-", "−"),
-                (data.t[-1], level),
-                xytext=(-2, 4),
-                textcoords="offset points",
-                ha="right",
-                color=colour,
-            )
+            words = f"{level:+.2f} mm".replace("-", "−")
+            label(ramp, words, (data.t[-1], level), (-2, 4), ha="right", color=colour)
         ramp.plot([], [], color=GREY, linestyle="--", linewidth=0.8, label="closed form")
         ramp.plot([], [], color=INK, linestyle=":", linewidth=0.8, label="Padé 4")
         ramp.set(
@@ -57,22 +51,15 @@ def responses(data: Times) -> Figure:
 
 def errors(on: Run, off: Run) -> Figure:
     """Figures 5 and 7 of the paper: image error E with and without k_ff, true and as measured."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 3.8), layout="constrained")
+    with drawing(7.2, 3.8) as figure:
         axes = figure.subplots()
         for run, colour, name in ((off, WITHOUT, "without"), (on, WITH, "with")):
             true = np.linalg.norm(run.error, axis=1)
             seen = np.linalg.norm(run.measured_error, axis=1)
             axes.plot(run.t, true, color=colour, label=f"{name} derivative term, true")
             axes.plot(run.t, seen, color=colour, linestyle=":", label=f"{name}, as measured")
-            axes.annotate(
-                f"{true[-1]:.1f} px",
-                (run.t[-1], true[-1]),
-                xytext=(-2, 4),
-                textcoords="offset points",
-                ha="right",
-                color=colour,
-            )
+            words, end = f"{true[-1]:.1f} px", (run.t[-1], true[-1])
+            label(axes, words, end, (-2, 4), ha="right", color=colour)
         axes.set(xlabel="t, s", ylabel="E, px", ylim=(0, None), xlim=(0, None))
         axes.margins(y=0.12)
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
@@ -84,8 +71,7 @@ def top_view(on: Run, off: Run) -> Figure:
 
     Where one run ends before the other, both cameras and their reference are shown at its end.
     """
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 4.4), layout="constrained")
+    with drawing(7.2, 4.4) as figure:
         whole, end = figure.subplots(1, 2, width_ratios=(1, 1.15))
         last = min(len(on.t), len(off.t)) - 1
         longer = on if len(on.t) > len(off.t) else off
@@ -113,21 +99,15 @@ def _end_of_path(axes: Axes, on: Run, off: Run, last: int) -> None:
     goal = 1e3 * on.reference_pose[last, :3, 3]
     half = 1.0
     for run, colour, below in ((off, WITHOUT, False), (on, WITH, True)):
-        at = 1e3 * run.pose[last, :3, 3]
-        half = max(half, float(np.abs(at - goal).max()))
+        end = 1e3 * run.pose[last, :3, 3]
+        half = max(half, float(np.abs(end - goal).max()))
         if not run.scenario.speed:
             continue
         lag = 1e3 * float(run.lag_along_motion[last])
         words = f"{abs(lag):.1f} mm {'behind' if lag < 0 else 'ahead'}"
-        axes.annotate(
-            words if abs(lag) > 5e-3 else "on the reference",
-            (at[0], at[2]),
-            xytext=(0, -9 if below else 9),
-            textcoords="offset points",
-            ha="center",
-            va="top" if below else "bottom",
-            color=colour,
-        )
+        words = words if abs(lag) > 5e-3 else "on the reference"
+        place: Any = {"ha": "center", "va": "top" if below else "bottom", "color": colour}
+        label(axes, words, (end[0], end[2]), (0, -9 if below else 9), **place)
     which = "the end" if len(on.t) == len(off.t) else "the earlier end"
     axes.set(
         xlim=(goal[0] - 1.8 * half, goal[0] + 1.8 * half),

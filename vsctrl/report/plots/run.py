@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
-from vsctrl.report.plots.style import EXACT, INK, STYLE, WITH, WITHOUT, Array
+from vsctrl.report.plots.style import EXACT, INK, STYLE, WITH, WITHOUT, Array, drawing, label
 from vsctrl.servo import Run
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.outcome import distance, notice, outcome, side
@@ -31,15 +31,14 @@ GROWTH = 100.0
 
 def run_figure(run: Run) -> Figure:
     """Image plane, errors, twist and lag of a run, with a caption that says what to notice."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.6, 7.6), layout="constrained")
+    with drawing(9.6, 7.6) as figure:
         grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.15), hspace=0.06)
         image_plane(figure.add_subplot(grid[0, 0]), run)
         _errors(figure.add_subplot(grid[0, 1]), run)
         _twist(figure, grid[1, 0], run)
         _lag(figure, grid[1, 1], run)
-        found = outcome(run)
-        words = " ".join([notice(found), *(event.sentence for event in run.events)])
+        summary = outcome(run)
+        words = " ".join([notice(summary), *(event.sentence for event in run.events)])
         # Dollar signs would start a formula.
         name = f"{run.scenario.name} ({run.scenario.digest})".replace("$", r"\$")
         figure.suptitle(textwrap.shorten(name, 90), x=0.01, ha="left", fontsize=11)
@@ -95,10 +94,10 @@ def image_plane(
     axes.set_xlim(low[0], high[0], auto=True)
     axes.set_ylim(high[1], low[1], auto=True)
     if paths:
-        found = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+        entries = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
         axes.legend(
-            found.values(),
-            found.keys(),
+            entries.values(),
+            entries.keys(),
             loc="upper left",
             bbox_to_anchor=(-0.02, -0.16),
             ncols=5,
@@ -127,7 +126,7 @@ def _image_limits(
 def _errors(axes: Axes, run: Run) -> None:
     true, seen = (np.linalg.norm(e, axis=1) for e in (run.error, run.measured_error))
     axes.plot(run.t, true, color=WITH, label="true, s − s*")
-    here, label = axes, "as the law was shown"
+    here, name = axes, "as the law was shown"
     if not measured_in_pixels(run.scenario):
         here = axes.twinx()
         here.spines.right.set_visible(True)
@@ -135,8 +134,8 @@ def _errors(axes: Axes, run: Run) -> None:
         law = run.scenario.law
         what = "the pose" if law.scheme == "pose" else law.features
         here.set_ylabel(f"error of {what}", color=WITHOUT)
-        label += " (right)"
-    here.plot(run.t, seen, color=WITHOUT, linestyle=(0, (4, 2)), label=label)
+        name += " (right)"
+    here.plot(run.t, seen, color=WITHOUT, linestyle=(0, (4, 2)), label=name)
     axes.set(title="norm of the image error", ylabel="px")
     handles, labels = axes.get_legend_handles_labels()
     if here is not axes:
@@ -145,7 +144,7 @@ def _errors(axes: Axes, run: Run) -> None:
         _scale(here, run, seen, zero=True)
     _scale(axes, run, np.column_stack([true, seen]) if here is axes else true, zero=True)
     axes.legend(handles, labels, loc="best" if here is axes else "center right")
-    _time(axes, run, label=True)
+    _time(axes, run)
 
 
 def _twist(figure: Figure, cell: Any, run: Run) -> None:
@@ -161,7 +160,7 @@ def _twist(figure: Figure, cell: Any, run: Run) -> None:
         _scale(axes, run, scale * values)
         _legend_above(axes, 3)
     top.set_title("twist of the camera")
-    _time(bottom, run, label=True)
+    _time(bottom, run)
 
 
 def _stacked(figure: Figure, cell: Any) -> tuple[Axes, Axes]:
@@ -186,15 +185,9 @@ def _lag(figure: Figure, cell: Any, run: Run) -> None:
         top.set_title("lag")
         words = side(along[-1])
         if run.status.ok and words:
-            top.annotate(
-                f"{abs(along[-1]):.3g} mm {words}",
-                (run.t[-1], along[-1]),
-                xytext=(-3, -4 if along[-1] > 0 else 4),
-                textcoords="offset points",
-                ha="right",
-                va="top" if along[-1] > 0 else "bottom",
-                color=EXACT,
-            )
+            ahead, end = along[-1] > 0, (run.t[-1], along[-1])
+            place: Any = {"ha": "right", "va": "top" if ahead else "bottom", "color": EXACT}
+            label(top, f"{abs(along[-1]):.3g} mm {words}", end, (-3, -4 if ahead else 4), **place)
     top.plot(run.t, away, color=INK, linewidth=1.0, linestyle=":", label="distance")
     top.axhline(0, color=INK, linewidth=0.8)
     top.set_ylabel("mm")
@@ -205,7 +198,7 @@ def _lag(figure: Figure, cell: Any, run: Run) -> None:
     bottom.set_ylabel("mrad")
     _legend_above(bottom, 1)
     _scale(bottom, run, angle, zero=True)
-    _time(bottom, run, label=True)
+    _time(bottom, run)
 
 
 def _legend_above(axes: Axes, columns: int) -> None:
@@ -220,10 +213,9 @@ def _legend_above(axes: Axes, columns: int) -> None:
     )
 
 
-def _time(axes: Axes, run: Run, *, label: bool = False) -> None:
+def _time(axes: Axes, run: Run) -> None:
     axes.set_xlim(0, float(run.t[-1]) or run.scenario.vision.period)
-    if label:
-        axes.set_xlabel("t, s")
+    axes.set_xlabel("t, s")
 
 
 def _scale(axes: Axes, run: Run, values: Array, *, zero: bool = False) -> None:

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import math
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, STYLE, WITH, WITHOUT, phase
+from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, WITH, WITHOUT, drawing, label, phase
 from vsctrl.study.plot_data import Frequency, Locus
 from vsctrl.study.stability import Stability
 
 
-def bode(data: Frequency, found: Stability) -> Figure:
+def bode(data: Frequency, stability: Stability) -> Figure:
     """Magnitude and phase of the opened loop, exact delay against Padé, margins marked."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 5.0), layout="constrained")
+    with drawing(7.2, 5.0) as figure:
         top, bottom = figure.subplots(2, 1, sharex=True)
-        margins = found.margins
+        margins = stability.margins
         top.semilogx(data.omega, 20 * np.log10(np.abs(data.exact)), color=EXACT)
         top.axhline(0, color=INK, linewidth=0.8)
         top.set_ylabel("|L(jω)|, dB")
@@ -33,52 +31,34 @@ def bode(data: Frequency, found: Stability) -> Figure:
         bottom.set_ylim(low - 20, -60)
         bottom.set_yticks(np.arange(-90, low - 20, -90)[::-1])
         if margins.gain_crossings:
-            omega, left = margins.gain_crossings[0]
-            _mark(bottom, omega, -180, math.degrees(left) - 180, WITH)
-            bottom.annotate(
-                f"phase margin {math.degrees(left):.1f}°",
-                (omega, -180),
-                xytext=(0, -4),
-                textcoords="offset points",
-                ha="center",
-                va="top",
-            )
+            omega, margin = margins.gain_crossings[0]
+            _mark(bottom, omega, -180, math.degrees(margin) - 180, WITH)
+            words = f"phase margin {math.degrees(margin):.1f}°"
+            label(bottom, words, (omega, -180), (0, -4), ha="center", va="top")
         if margins.phase_crossings:
             omega, factor = margins.phase_crossings[0]
             _mark(top, omega, -20 * math.log10(factor), 0, WITHOUT)
-            top.annotate(
-                f"gain margin ×{factor:.2f}",
-                (omega, -10 * math.log10(factor)),
-                xytext=(6, 0),
-                textcoords="offset points",
-                va="center",
-            )
+            middle = -10 * math.log10(factor)
+            label(top, f"gain margin ×{factor:.2f}", (omega, middle), (6, 0), va="center")
         bottom.legend(loc="lower left")
     return figure
 
 
-def nyquist(data: Frequency, found: Stability) -> Figure:
+def nyquist(data: Frequency, stability: Stability) -> Figure:
     """L(jω) in the plane round −1, exact delay against Padé, with the circle of 1/Ms."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(4.9, 4.4), layout="constrained")
+    with drawing(4.9, 4.4) as figure:
         axes = figure.subplots()
         turn = np.exp(1j * np.linspace(0, 2 * np.pi, 361))
         axes.plot(turn.real, turn.imag, color=GREY, linewidth=0.9, linestyle="--")
-        distance = found.margins.modulus
+        distance = stability.margins.modulus
         around = -1 + distance * turn
         axes.plot(around.real, around.imag, color=WITHOUT, linewidth=1.0)
         axes.plot(-1, 0, marker="+", color=INK, markersize=10, markeredgewidth=1.6)
         for order, values in data.pade.items():
             axes.plot(values.real, values.imag, color=PADE[order], label=f"Padé {order}")
         axes.plot(data.exact.real, data.exact.imag, color=EXACT, label="exact delay")
-        axes.annotate(
-            f"1/Ms = {distance:.3f}",
-            (-1, distance),
-            xytext=(0, 4),
-            textcoords="offset points",
-            ha="center",
-            color=WITHOUT,
-        )
+        words = f"1/Ms = {distance:.3f}"
+        label(axes, words, (-1, distance), (0, 4), ha="center", color=WITHOUT)
         axes.set(xlim=(-2.2, 1.2), ylim=(-2.2, 1.2), aspect="equal")
         axes.set_xlabel("Re L(jω)")
         axes.set_ylabel("Im L(jω)")
@@ -86,26 +66,25 @@ def nyquist(data: Frequency, found: Stability) -> Figure:
     return figure
 
 
-def root_locus(data: Locus, found: Stability) -> Figure:
+def root_locus(data: Locus, stability: Stability) -> Figure:
     """The rightmost characteristic roots as λ grows, exact delay against Padé."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(4.9, 4.4), layout="constrained")
+    with drawing(4.9, 4.4) as figure:
         axes = figure.subplots()
         for branch in data.pade.T:
             axes.plot(branch.real, branch.imag, ".", color=PADE[4], markersize=2.2)
         axes.plot(data.exact.real, data.exact.imag, ".", color=EXACT, markersize=2.6)
         axes.plot(data.here.real, data.here.imag, "x", color=WITHOUT, markersize=7)
-        tau = found.scenario.vision.latency
+        tau = stability.scenario.vision.latency
         axes.axvline(0, color=INK, linewidth=0.8)
         axes.set(xlim=(-4.5 / tau, 2.4 / tau), ylim=(-9.5 / tau, 9.5 / tau))
         axes.set_xlabel("Re s, rad/s")
         axes.set_ylabel("Im s, rad/s")
-        for label, marker, colour in (
+        for name, marker, colour in (
             ("exact delay", ".", EXACT),
             (f"Padé {data.pade_order}", ".", PADE[4]),
-            (f"λ = {found.scenario.law.lam:g} s⁻¹", "x", WITHOUT),
+            (f"λ = {stability.scenario.law.lam:g} s⁻¹", "x", WITHOUT),
         ):
-            axes.plot([], [], marker, color=colour, label=label)
+            axes.plot([], [], marker, color=colour, label=name)
         axes.legend(loc="upper right")
     return figure
 

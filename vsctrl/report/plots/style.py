@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import io
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -69,6 +72,18 @@ def to_svg(figure: Figure, title: str, prefix: str) -> str:
     svg = re.sub(r'\bid="', f'id="{prefix}-', svg)
     svg = re.sub(r'(href="#|url\(#)', rf"\g<1>{prefix}-", svg)
     return svg.replace("<svg", f'<svg role="img" aria-label="{title}"', 1)
+
+
+@contextmanager
+def drawing(width: float, height: float) -> Iterator[Figure]:
+    """A figure of a size in inches, and the style to draw it in."""
+    with mpl.rc_context(STYLE):
+        yield Figure(figsize=(width, height), layout="constrained")
+
+
+def label(axes: Axes, words: str, point: Any, shift: tuple[float, float], **style: Any) -> None:
+    """Words beside a point (x, y in data), `shift` points right of and above it."""
+    axes.annotate(words, point, shift, textcoords="offset points", **style)
 
 
 def phase(values: Any) -> Array:

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vsctrl.errors import InputError
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.generated.kernels import point_interaction, point_projection
-
-Array = NDArray[np.float64]
 
 # A point nearer than this to the camera's plane (m) counts as not in front of it: the image of a
 # point *in* that plane is infinite, and squares of coordinates must stay finite numbers.
@@ -48,8 +47,7 @@ class Camera:
         oTc: (..., 4, 4); points: (n, 3) in m. Returns (..., n, 3) in m.
         """
         oTc = np.asarray(oTc, dtype=np.float64)
-        out: Array = (points - oTc[..., None, :3, 3]) @ oTc[..., :3, :3]
-        return out
+        return (points - oTc[..., None, :3, 3]) @ oTc[..., :3, :3]
 
     def features(self, p: Array) -> Array:
         """Image of points of the camera frame: ``X = Fx x/z``, ``Y = Fy y/z`` (eq. 15).

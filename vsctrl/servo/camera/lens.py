@@ -6,11 +6,9 @@ model of Brown. Source: Brown, Close-range camera calibration, Photogrammetric E
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import Camera
-
-Array = NDArray[np.float64]
 
 # Of the fixed point that undoes a distortion; it gains a factor of about 3 k₁ r² each time.
 ROUNDS = 60
@@ -21,8 +19,7 @@ def distorted(camera: Camera, image: Array, k1: float) -> Array:
     if not k1:
         return image
     X = image.reshape(*image.shape[:-1], -1, 2)
-    out: Array = (X * (1 + k1 * _squares(camera, X))[..., None]).reshape(image.shape)
-    return out
+    return (X * (1 + k1 * _squares(camera, X))[..., None]).reshape(image.shape)
 
 
 def undistorted(camera: Camera, image: Array, k1: float) -> Array:
@@ -55,5 +52,4 @@ def distorted_rate(camera: Camera, image: Array, rate: Array, k1: float) -> Arra
 
 
 def _squares(camera: Camera, X: Array) -> Array:
-    out: Array = (X[..., 0] / camera.Fx) ** 2 + (X[..., 1] / camera.Fy) ** 2
-    return out
+    return (X[..., 0] / camera.Fx) ** 2 + (X[..., 1] / camera.Fy) ** 2

@@ -1,30 +1,25 @@
-"""What the vision system tells of a pose: an image with its age, its noise and its gaps.
+"""The camera as a sensor: what a pose shows, and what the law measures of it, when and how wrong.
 
-The true image of a pose is ``look``; what the law is shown of it is ``shown``. Everything that is
-random is drawn beforehand from the seed, each kind from a stream of its own, so that one more kind
-of disorder leaves the others as they were.
+The true image of a pose is ``CameraSensor.look``; what the law is given of it is
+``Schedule.corrupted``. Everything random is drawn beforehand from the seed, each kind from a stream
+of its own, so that one more kind of disorder leaves the others as they were.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo import timing
+from vsctrl import timing
+from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.camera.camera import NEAREST, Camera
 from vsctrl.servo.camera.lens import distorted
-
-if TYPE_CHECKING:
-    from vsctrl.servo.scenario import Scenario
-    from vsctrl.servo.scenario.experiment import VisionTable
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from vsctrl.servo.timing import delayed
 
 
-class Sight(NamedTuple):
-    """A true image: features (2p,) in px, depths (p,) in m, and which points it shows.
+class TrueImage(NamedTuple):
+    """An image without errors: features (2p,) in px, depths (p,) in m, and which points it shows.
 
     visible is None where it shows all. A point that is not in front of the camera has the image
     that was given for it.
@@ -36,7 +31,7 @@ class Sight(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Eye:
+class CameraSensor:
     """Lens and image: which points of the object are seen from a pose, and where.
 
     camera: the true one; points: (p, 3) in m; k1: its distortion; half: (2,), half the image in
@@ -48,18 +43,7 @@ class Eye:
     k1: float = 0.0
     half: Array | None = None
 
-    @classmethod
-    def of(cls, scenario: "Scenario") -> "Eye":
-        """The eye of a scenario."""
-        camera, size = scenario.camera, scenario.camera.size_px
-        return cls(
-            Camera(camera.Fx, camera.Fy),
-            np.array(scenario.target.points),
-            camera.k1,
-            None if size is None else np.array(size) / 2,
-        )
-
-    def look(self, oTc: Array, before: Array) -> Sight:
+    def look(self, oTc: Array, before: Array) -> TrueImage:
         """The image from oTc (4, 4); before: (2p,), what to show of points behind the camera."""
         p = self.camera.points(oTc, self.points)
         z = p[:, 2]
@@ -79,16 +63,46 @@ class Eye:
             inside = np.all(np.abs(features.reshape(-1, 2)) <= self.half, axis=1)
             if not inside.all():
                 visible = inside if visible is None else inside & visible
-        return Sight(features, z, visible)
+        return TrueImage(features, z, visible)
+
+
+@dataclass(frozen=True, slots=True)
+class MeasurementErrors:
+    """What is wrong with measurements, as [vision] of a scenario has it; units as there."""
+
+    jitter: float = 0.0
+    missed: float = 0.0
+    noise_px: float = 0.0
+    quantum_px: float = 0.0
+    outliers: float = 0.0
+    outlier_px: float = 0.0
+    seed: int = 0
+
+    def noise(self, n: int, points: int) -> Array | None:
+        """Noise of n images and mismatches of some points, (n, 2p) in px; None if there is none.
+
+        A mismatch moves a point by a normal deviate in both coordinates, and stays for one image.
+        """
+        noise = None
+        if self.noise_px:
+            draw = np.random.default_rng(self.seed).standard_normal((n, 2 * points))
+            noise = self.noise_px * draw
+        if self.outliers and self.outlier_px:
+            stream = np.random.default_rng([self.seed, 3])
+            wrong = stream.random((n, points)) < self.outliers
+            moved = self.outlier_px * stream.standard_normal((n, points, 2))
+            mismatch = (moved * wrong[..., None]).reshape(n, 2 * points)
+            noise = mismatch if noise is None else noise + mismatch
+        return noise
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Schedule:
-    """Which image the law is shown at each frame, and what was done to it.
+    """Which image the law is given at each frame, and what was done to it.
 
     exposed: (n,), when it was taken, s. frame: (n,), the frame it was taken at where that is one,
     else −1. fresh: (n,), whether it is new. index: (n,), its number, which fixes its noise.
-    noise: (n, 2p) in px by that number, or None.
+    noise: (n, 2p) in px by that number, or None. quantum: px to which coordinates are rounded.
     """
 
     exposed: Array
@@ -99,24 +113,27 @@ class Schedule:
     quantum: float
 
     @classmethod
-    def of(cls, vision: "VisionTable", t: Array, points: int, age: float) -> "Schedule":
-        """The schedule of the frames t (n,) in s, of images that are ``age`` periods old."""
-        n, period = len(t), vision.period
+    def of(
+        cls, errors: MeasurementErrors, t: Array, period: float, points: int, age: float
+    ) -> "Schedule":
+        """The schedule of the frames t (n,) in s, of images that are ``age`` periods (s) old."""
+        n = len(t)
         k = np.arange(n)
-        exposed = timing.late(t, period, age)
-        on_frame = timing.whole(age) is not None
-        if vision.jitter:
-            draw = np.random.default_rng([vision.seed, 1]).standard_normal(n)
-            ages = np.maximum(age * period + vision.jitter * draw, 0.0)
+        exposed = delayed(t, period, age)
+        full, fraction = timing.split(age)
+        on_frame = not fraction
+        if errors.jitter:
+            draw = np.random.default_rng([errors.seed, 1]).standard_normal(n)
+            ages = np.maximum(age * period + errors.jitter * draw, 0.0)
             # A newer image is never replaced by an older one.
             exposed = np.maximum.accumulate(np.maximum(t - ages, 0.0))
             on_frame = False
         fresh = np.ones(n, dtype=bool)
-        if vision.missed:
-            fresh = np.random.default_rng([vision.seed, 2]).random(n) >= vision.missed
+        if errors.missed:
+            fresh = np.random.default_rng([errors.seed, 2]).random(n) >= errors.missed
             fresh[0] = True
-        index = np.maximum(k - int(age + timing.WHOLE), 0)
-        if vision.jitter:
+        index = np.maximum(k - full, 0)
+        if errors.jitter:
             index = np.searchsorted(exposed, exposed)
         # What is shown again is not new, and has the noise that it had.
         arrived = np.flatnonzero(fresh)
@@ -126,32 +143,14 @@ class Schedule:
             frame=index if on_frame else np.where(exposed == 0.0, 0, -1),
             fresh=fresh,
             index=index,
-            noise=_noise(vision, n, points),
-            quantum=vision.quantum_px,
+            noise=errors.noise(n, points),
+            quantum=errors.quantum_px,
         )
 
-    def spoiled(self, features: Array, k: int) -> Array:
-        """What the vision system makes of the true image (2p,) that it shows at frame k."""
+    def corrupted(self, features: Array, k: int) -> Array:
+        """What the sensor makes of the true image (2p,) that the law is given at frame k, px."""
         if self.noise is not None:
             features = features + self.noise[self.index[k]]
         if self.quantum:
             features = self.quantum * np.round(features / self.quantum)
         return features
-
-
-def _noise(vision: "VisionTable", n: int, points: int) -> Array | None:
-    """Noise of every image and mismatches of some points, (n, 2p) in px; None where there is none.
-
-    A mismatch moves a point by a normal deviate in both coordinates, and stays for one image.
-    """
-    noise = None
-    if vision.noise_px:
-        draw = np.random.default_rng(vision.seed).standard_normal((n, 2 * points))
-        noise = vision.noise_px * draw
-    if vision.outliers and vision.outlier_px:
-        stream = np.random.default_rng([vision.seed, 3])
-        wrong = stream.random((n, points)) < vision.outliers
-        moved = vision.outlier_px * stream.standard_normal((n, points, 2))
-        mismatch = (moved * wrong[..., None]).reshape(n, 2 * points)
-        noise = mismatch if noise is None else noise + mismatch
-    return noise

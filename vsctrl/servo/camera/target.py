@@ -1,18 +1,18 @@
 """The target: points of the object frame, and how that frame moves in the world.
 
-The world is where the object is at t = 0. Which points the camera sees is asked of ``vision``.
+The world is where the object is at t = 0. Which points the camera sees is asked of ``sensor``.
 """
 
 import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vsctrl.errors import InputError
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.pose import exp
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,19 +33,13 @@ class Target:
 
     def __post_init__(self) -> None:
         points = np.array(self.points, dtype=np.float64)
-        if points.ndim != 2 or points.shape[1] != 3:
-            raise InputError(
-                f"points: an array of shape {points.shape} is no list of points; give (n, 3), "
-                "x y z in m for every point."
-            )
+        checks.point_list("points", points)
         drift = np.array(self.drift, dtype=np.float64)
         if drift.shape != (6,):
             raise InputError(
                 f"drift: an array of shape {drift.shape} is no twist; give (6,), m/s and rad/s."
             )
-        for name, value in {"points": points, "drift": drift}.items():
-            value.setflags(write=False)
-            object.__setattr__(self, name, value)
+        checks.keep(self, points=points, drift=drift)
 
     @property
     def still(self) -> bool:

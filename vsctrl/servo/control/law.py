@@ -1,7 +1,7 @@
 """The control law (10): from an image error to a camera twist.
 
 Which frame's image reaches the law, and when its twist is applied, is left to ``simulate``; what L̂
-is made of to ``belief``, where it is taken to ``controller``.
+is made of to ``nominal_camera``, where it is taken to ``controller``.
 
 Source: eq. (10) of the paper; Malis, Improving vision-based control using efficient second-order
 minimization techniques (ICRA 2004) for the mean of two interaction matrices.
@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vsctrl.servo.arrays import Array
+
 Interaction = Literal["current", "desired", "mean", "initial"]
 
 # A singular value below this share of the largest one counts as zero: the direction that it

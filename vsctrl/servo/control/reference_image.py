@@ -1,30 +1,24 @@
 """The reference image s*(t) and its derivative, for every frame before the first.
 
 The planner knows the image at t = 0 and how the camera shall move. It finds the points from that
-image with the camera and the depths that it believes in, moves them and projects them again; where
-its beliefs are right this is the image from the reference pose. Which beliefs the law has is
-another matter (``belief``).
+image with the camera and the depths that it assumes, moves them and projects them again; where
+its assumptions are right this is the image from the reference pose. What the law assumes is
+another matter (``nominal_camera``).
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import NEAREST, Camera, View
 from vsctrl.servo.camera.lens import distorted, distorted_rate, undistorted
+from vsctrl.servo.camera.sensor import CameraSensor
 from vsctrl.servo.features.feature_sets import measures
+from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.pose import adjoint, exp, inverse
-from vsctrl.servo.timing import Delays, late
-
-if TYPE_CHECKING:
-    from vsctrl.servo.camera.sensor import Eye
-    from vsctrl.servo.motion.trajectory import Trajectory
-    from vsctrl.servo.scenario import Scenario
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,94 +26,99 @@ class Plan:
     """What is asked of the camera at each of n frames.
 
     pose: (n, 4, 4), oTc*(t_k), and image: (n, 2p), s*(t_k) in px. depths0: (p,) in m, the true ones
-    at t = 0. shown_pose, shown: the pose,
-    image and depths of the reference that the error is formed with (late where it is aligned,
-    early where it is previewed). s: (n, m), its features; rate: (n, m), their derivative ds*/dt,
-    per s, and twist: (n, 6), T*, both of the feed-forward.
+    at t = 0. compared_pose, compared: the pose, image and depths of the reference that the error is
+    formed with (delayed where it is aligned, early where it is previewed). s: (n, m), its features;
+    rate: (n, m), their derivative ds*/dt, per s, and twist: (n, 6), T*, both of the feed-forward.
     """
 
     pose: Array
     image: Array
     depths0: Array
-    shown_pose: Array
-    shown: View
+    compared_pose: Array
+    compared: View
     s: Array
     rate: Array
     twist: Array
 
-    @classmethod
-    def of(cls, scenario: "Scenario", eye: "Eye", t: Array, delays: Delays) -> "Plan":
-        """The plan of a scenario, seen by its true eye, at its frames t (n,) in s.
-
-        Raises InputError where the planner's beliefs put a point behind the camera.
-        """
-        law, period, planner = scenario.law, scenario.vision.period, _Planner.of(scenario, eye)
-        at_error = late(t, period, delays.reference) + law.preview
-        at_rate = t + (law.preview + law.preview_ff)
-        now = planner.image(t)
-        same = not (delays.reference or law.preview)
-        shown = now if same else planner.image(at_error)
-        image, depths = now if np.array_equal(at_rate, t) else planner.image(at_rate)
-        pose = planner.trajectory.pose(t)
-        true = eye.camera
-        shown_pose = planner.pose(at_error)
-        return cls(
-            pose=pose,
-            image=now.features,
-            depths0=true.points(pose[0], planner.points)[:, 2],
-            shown_pose=shown_pose,
-            # L̂ at the reference has the true depths of it; the law's own beliefs are applied later.
-            shown=View(
-                shown.features,
-                true.points(planner.trajectory.pose(at_error), planner.points)[..., 2],
-            ),
-            s=measures(law.features, planner.camera, len(planner.points)).of(
-                shown.features, shown.depths
-            ),
-            rate=planner.rate(at_rate, image, depths, law.features),
-            twist=planner.twist(at_rate),
-        )
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Planner:
-    """What s*(t) is computed with: the motion, the points as found at t = 0, and the camera."""
+class Planner:
+    """What s*(t) is computed with: the motion, the points as found at t = 0, and the camera.
 
-    trajectory: "Trajectory"
+    hand_eye: (4, 4), from the camera to where the hand assumes it, or None; reconstructed: (p, 3)
+    in m in the camera frame at t = 0, None where every assumption is right and ``points`` serve.
+    """
+
+    trajectory: Trajectory
     points: Array
     camera: Camera
     k1: float
     centre: Array
-    hand_eye: Array | None  # (4, 4), from the camera to where the hand believes it
-    found: Array | None  # (p, 3) in the camera frame at t = 0; None where every belief is right
+    hand_eye: Array | None
+    reconstructed: Array | None
+    true_camera: Camera
 
     @classmethod
-    def of(cls, scenario: "Scenario", true: "Eye") -> "_Planner":
-        beliefs = scenario.reference_image
-        trajectory = scenario.reference
-        phi, ratio = beliefs.reference_focal_ratio, beliefs.reference_depth_ratio
-        camera = Camera(phi * true.camera.Fx, phi * true.camera.Fy)
-        k1 = true.k1 if beliefs.reference_k1 is None else beliefs.reference_k1
-        centre = np.tile(beliefs.reference_centre_px, len(true.points))
-        twist = np.array(beliefs.reference_hand_eye)
-        found = None
-        if phi != 1 or ratio != 1 or k1 != true.k1 or centre.any() or twist.any():
-            p = true.camera.points(trajectory.pose(0.0), true.points)
-            image = distorted(true.camera, true.camera.features(p), true.k1) + centre
+    def of(
+        cls,
+        trajectory: Trajectory,
+        sensor: CameraSensor,
+        *,
+        focal_ratio: float = 1.0,
+        depth_ratio: float = 1.0,
+        centre_px: tuple[float, float] = (0.0, 0.0),
+        k1: float | None = None,
+        hand_eye: tuple[float, ...] = (0.0,) * 6,
+    ) -> Self:
+        """The planner of a motion seen by its true sensor, with errors as [reference_image] has."""
+        true, points = sensor.camera, sensor.points
+        camera = Camera(focal_ratio * true.Fx, focal_ratio * true.Fy)
+        k1 = sensor.k1 if k1 is None else k1
+        centre = np.tile(centre_px, len(points))
+        twist = np.array(hand_eye)
+        reconstructed = None
+        wrong = focal_ratio != 1 or depth_ratio != 1 or k1 != sensor.k1
+        if wrong or centre.any() or twist.any():
+            p = true.points(trajectory.pose(0.0), points)
+            image = distorted(true, true.features(p), sensor.k1) + centre
             X = undistorted(camera, image, k1).reshape(-1, 2) / [camera.Fx, camera.Fy]
-            depths = ratio * p[:, 2:]
-            found = np.concatenate([X * depths, depths], axis=1)
+            depths = depth_ratio * p[:, 2:]
+            reconstructed = np.concatenate([X * depths, depths], axis=1)
         return cls(
-            trajectory, true.points, camera, k1, centre,
-            exp(twist) if twist.any() else None, found,
+            trajectory, points, camera, k1, centre,
+            exp(twist) if twist.any() else None, reconstructed, true,
         )  # fmt: skip
+
+    def plan(self, t: Array, at_error: Array, at_rate: Array, features: str) -> Plan:
+        """The plan of the frames t: (n,) in s each, when reference and its derivative are taken.
+
+        features: the law's, by name. Raises InputError where a point would be behind the camera.
+        """
+        now = self.image(t)
+        compared = now if np.array_equal(at_error, t) else self.image(at_error)
+        image, depths = now if np.array_equal(at_rate, t) else self.image(at_rate)
+        pose, true = self.trajectory.pose(t), self.true_camera
+        true_depths = true.points(self.trajectory.pose(at_error), self.points)[..., 2]
+        return Plan(
+            pose=pose,
+            image=now.features,
+            depths0=true.points(pose[0], self.points)[:, 2],
+            compared_pose=self.pose(at_error),
+            # L̂ at the reference has its true depths; what the law assumes is applied later.
+            compared=View(compared.features, true_depths),
+            s=measures(features, self.camera, len(self.points)).of(
+                compared.features, compared.depths
+            ),
+            rate=self.rate(at_rate, image, depths, features),
+            twist=self.twist(at_rate),
+        )
 
     def image(self, t: Array) -> View:
         """s*(t) in px with the depths that it is computed with: (n, 2p), (n, p)."""
-        if self.found is None:
+        if self.reconstructed is None:
             p = self.camera.points(self.trajectory.pose(t), self.points)
         else:
-            p = self.camera.points(self._moved(t), self.found)
+            p = self.camera.points(self._moved(t), self.reconstructed)
         nearest = p[..., 2].min(axis=-1)
         k = int(np.argmin(nearest))
         if not nearest[k] > NEAREST:  # argmin finds NaN first
@@ -137,7 +136,7 @@ class _Planner:
         where = (
             f"at t = {t:g} s a point of s*(t) would lie at depth {depth:.3g} m, behind the camera"
         )
-        if self.found is None:
+        if self.reconstructed is None:
             return InputError(
                 f"law.preview, vision.latency: the law looks beyond the frames of the motion, and "
                 f"{where}; shorten these or the motion."
@@ -165,12 +164,11 @@ class _Planner:
         if self.hand_eye is None:
             return true
         start = self.trajectory.pose(0.0)
-        out: Array = start @ inverse(self.hand_eye) @ inverse(start) @ true @ self.hand_eye
-        return out
+        return start @ inverse(self.hand_eye) @ inverse(start) @ true @ self.hand_eye
 
     def twist(self, t: Array) -> Array:
         """T* as planned, (n, 6)."""
-        T = self.trajectory.twist(t)
+        T = self.trajectory.twist_at_frames(t)
         if self.hand_eye is None:
             return T
         return np.squeeze(adjoint(inverse(self.hand_eye)) @ T[..., None], -1)

@@ -21,16 +21,14 @@ servoing: theory and experiments (IJRR 27(10), 2008) for state, motion and obser
 Cathey, The iterated Kalman filter update as a Gauss-Newton method (IEEE TAC 38(2), 1993).
 """
 
-import math
 from contextlib import suppress
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.errors import InputError
-
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array, Mask
 
 # A depth stays within this factor of the first guess of it, however bad the images are: the law
 # divides by it, and neither a point in the lens nor one on the horizon can be servoed on. One that
@@ -66,11 +64,13 @@ class DepthObserver:
         z = np.array(depths0, dtype=np.float64).reshape(-1)
         if not (z.size and np.all(np.isfinite(z) & (z > 0))):
             raise InputError(f"depths0: {z} are no depths; give one above 0 m for every point.")
-        _check("Fx", Fx, "a focal length above 0 px")
-        _check("Fy", Fy, "a focal length above 0 px")
-        _check("relative_uncertainty", relative_uncertainty, "a share above 0, such as 0.5")
+        checks.positive("Fx", Fx, "a focal length above 0 px")
+        checks.positive("Fy", Fy, "a focal length above 0 px")
+        checks.positive(
+            "relative_uncertainty", relative_uncertainty, "a share above 0, such as 0.5"
+        )
         if noise_px != 0:
-            _check("noise_px", noise_px, "a standard deviation of 0 px or more")
+            checks.positive("noise_px", noise_px, "a standard deviation of 0 px or more")
         self._F = np.array([Fx, Fy], dtype=np.float64)
         self._weight = (self._F / max(float(noise_px), LEAST_NOISE)) ** 2  # of x, y
         self._prior = float(relative_uncertainty) ** -2  # of ln χ
@@ -118,7 +118,7 @@ class DepthObserver:
         if first.any():
             self._begin(measured, first)
 
-    def _begin(self, measured: Array, first: Bools) -> None:
+    def _begin(self, measured: Array, first: Mask) -> None:
         """Points that are seen for the first time: their image, and the guess of their depth."""
         self._state[first, :2] = measured[first]
         information = np.zeros((int(first.sum()), 3, 3))
@@ -127,7 +127,7 @@ class DepthObserver:
         self._information[first] = information
         self._known |= first
 
-    def _correct(self, measured: Array, use: Bools, motion: Array) -> None:
+    def _correct(self, measured: Array, use: Mask, motion: Array) -> None:
         """State at the *previous* image that fits its past and this image best (Gauss-Newton).
 
         Fitting the previous state makes the depth that the motion of the image is worth exact: it
@@ -214,8 +214,3 @@ def _solve(A: Array, b: Array) -> Array:
             with suppress(np.linalg.LinAlgError):
                 out[k] = np.linalg.solve(A[k], b[k])
         return out
-
-
-def _check(name: str, value: float, wanted: str) -> None:
-    if not (math.isfinite(value) and value > 0):
-        raise InputError(f"{name}: {value:g} cannot be used; give {wanted}.")

@@ -18,13 +18,12 @@ from collections import deque
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl import timing
 from vsctrl.errors import InputError
-from vsctrl.servo import timing
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array, Mask
 
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 Model = Literal["velocity", "acceleration"]
 
 ORDER: dict[Model, int] = {"velocity": 2, "acceleration": 3}
@@ -90,18 +89,18 @@ class ImageFilter:
     ) -> None:
         if model not in ORDER:
             raise InputError(f"model: {model!r} is none; choose 'velocity' or 'acceleration'.")
-        _check("period", period, "a time above 0 s")
+        checks.positive("period", period, "a time above 0 s")
         if latency != 0:
-            _check("latency", latency, "a time of 0 s or more")
-        _check("process", process, "an intensity above 0, for with 0 the filter stops to follow")
-        _check("measurement", measurement, "a standard deviation above 0 px")
+            checks.positive("latency", latency, "a time of 0 s or more")
+        checks.positive(
+            "process", process, "an intensity above 0, for with 0 the filter stops to follow"
+        )
+        checks.positive("measurement", measurement, "a standard deviation above 0 px")
         self._order = ORDER[model]
         self._period = float(period)
         self._process = float(process)
         self._variance = float(measurement) ** 2
-        d = latency / period
-        n = timing.whole(d)
-        self._delay = d if n is None else float(n)
+        self._delay = timing.in_periods(latency, period)
         self._frame = -1
         self._motion = self._over(1.0)
         self._horizon, self._ahead = 0.0, self._over(0.0)
@@ -110,7 +109,7 @@ class ImageFilter:
         self._begin(0)
 
     @property
-    def known(self) -> Bools:
+    def known(self) -> Mask:
         """Coordinates (m,) that an image has shown already; the others are estimated as 0."""
         return self._last > -np.inf
 
@@ -122,9 +121,7 @@ class ImageFilter:
         out[~self.known] = np.diag(np.full(self._order, np.inf))
         return out
 
-    def update(
-        self, s_measured: Array, fresh: bool, visible: Bools, camera_rate: Array
-    ) -> Estimate:
+    def update(self, s_measured: Array, fresh: bool, visible: Mask, camera_rate: Array) -> Estimate:
         """Take in frame k = 0, 1, 2, … and return the estimate at ``t_k``.
 
         The image is of ``max(0, t_k − latency)``. An image of a time that was taken in before (the
@@ -181,7 +178,7 @@ class ImageFilter:
         self._x = self._x @ F.T
         self._P = F @ self._P @ F.T + Q
 
-    def _correct(self, own: Array, use: Bools) -> None:
+    def _correct(self, own: Array, use: Mask) -> None:
         """Take in an image, less the camera's share, of the coordinates to use."""
         first = use & ~self.known
         if first.any():
@@ -196,8 +193,3 @@ class ImageFilter:
         kept = np.eye(self._order) - gain[:, :, None] * np.eye(self._order)[0]
         noise = self._variance * gain[:, :, None] * gain[:, None, :]
         self._P = kept @ self._P @ kept.transpose(0, 2, 1) + noise
-
-
-def _check(name: str, value: float, wanted: str) -> None:
-    if not (math.isfinite(value) and value > 0):
-        raise InputError(f"{name}: {value:g} cannot be used; give {wanted}.")

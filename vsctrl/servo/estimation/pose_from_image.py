@@ -2,25 +2,26 @@
 
 A virtual camera is servoed until its image of the target is the measured one. The step is that of
 Gauss and Newton with the interaction matrix as Jacobian, ``oTc ← oTc exp(δ)``; where that would
-not bring the images together it is shortened as Levenberg and Marquardt do, so that far guesses
-still end in a minimum. Which minimum that is depends on the guess (three points have up to four
+not bring the images together it is shortened (``least_squares``), so that far guesses still end in
+a minimum. Which minimum that is depends on the guess (three points have up to four
 poses, a plane seen from afar has two); a residual far above the noise tells of a wrong one.
 
 Source: Marchand, Chaumette, Virtual visual servoing: a framework for real-time augmented reality
-(Computer Graphics Forum 21(3), 2002); Moré, The Levenberg-Marquardt algorithm (1978).
+(Computer Graphics Forum 21(3), 2002).
 """
 
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vsctrl.errors import InputError
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.camera.camera import NEAREST, Camera
+from vsctrl.servo.least_squares import minimise
 from vsctrl.servo.pose import exp_one
-
-Array = NDArray[np.float64]
 
 # The fit is done once a step moves no image coordinate by more than this (px). What is left then is
 # the square of the step for exact images, and a small share of it for noisy ones.
@@ -29,19 +30,9 @@ SETTLED_PX = 1e-5
 # Steps in all, refused ones included.
 ITERATIONS = 100
 
-# Damping as a share of the curvature: at first, when a step is refused, and how it changes. Below
-# the least it is none, and the last steps are those of Gauss and Newton.
-_DAMPING, _LEAST, _MORE, _LESS = 1e-3, 1e-5, 8.0, 0.1
-
-# A rise of the cost by less than this share is rounding, no reason to refuse a step.
-_ROUNDING = 1e-13
-
 # The pose is undetermined where a twist, in units of each column's effect, moves the image by less
 # than this share of the most.
 RANK_TOLERANCE = 1e-7
-
-# A guess may be this far from a rigid motion: what many products of rotations gather is far less.
-RIGID = 1e-6
 
 
 class PoseFit(NamedTuple):
@@ -74,11 +65,7 @@ def pose_from_image(
     numbers, an Fx or Fy that is not above 0, a finite guess that is no rigid motion.
     """
     image, points, oTc = _numbers("image", image), _numbers("points", points), _guess(guess)
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise InputError(
-            f"points: an array of shape {points.shape} is no list of points; give (p, 3), x y z "
-            "in m for every point."
-        )
+    checks.point_list("points", points, "p")
     if image.shape != (2 * len(points),):
         raise InputError(
             f"image: an array of shape {image.shape} is no image of {len(points)} points; give "
@@ -89,15 +76,22 @@ def pose_from_image(
     if len(points) < 3 or not all(np.isfinite(a).all() for a in (image, points, oTc)):
         return failed
     with np.errstate(all="ignore"):  # what overflows is refused as a step that does not help
-        return _fit(image, points, camera, oTc) or failed
+        fit = _Fit(image, points, camera, oTc)
+        cost = fit.cost()
+        if not np.isfinite(cost):
+            return failed
+        fit.accept(np.array(True))
+        ended = minimise(fit, cost, ITERATIONS)
+        ok = bool(ended.settled) and _determined(fit.L)
+        return PoseFit(fit.oTc, float(np.sqrt(fit.squares / len(image))), ended.steps, ok)
 
 
 def _numbers(name: str, value: ArrayLike) -> Array:
     """An array of real numbers, a copy. Raises InputError where the value is none."""
     try:
-        found = np.asarray(value)
-        if found.dtype.kind in "biuf":
-            return found.astype(np.float64)
+        array = np.asarray(value)
+        if array.dtype.kind in "biuf":
+            return array.astype(np.float64)
     except (TypeError, ValueError, OverflowError):  # rows of different lengths, and the like
         pass
     raise InputError(f"{name}: this is no array of real numbers; give one, without gaps.")
@@ -108,16 +102,8 @@ def _guess(value: ArrayLike) -> Array:
     oTc = _numbers("guess", value)
     if oTc.shape != (4, 4):
         raise InputError(f"guess: an array of shape {oTc.shape} is no pose; give oTc, (4, 4).")
-    if not np.isfinite(oTc).all():
-        return oTc
-    R = oTc[:3, :3]
-    with np.errstate(all="ignore"):
-        off = max(np.abs(R.T @ R - np.eye(3)).max(), np.abs(oTc[3] - (0, 0, 0, 1)).max())
-    if not off <= RIGID or np.linalg.det(R) < 0:
-        raise InputError(
-            "guess: the matrix is no rigid motion; give a rotation, a translation and the row "
-            "0 0 0 1."
-        )
+    if np.isfinite(oTc).all() and not checks.is_rigid(oTc):
+        raise checks.not_rigid("guess")
     return oTc
 
 
@@ -133,51 +119,49 @@ def _focal_length(name: str, value: float) -> float:
     return number
 
 
-def _fit(image: Array, points: Array, camera: Camera, oTc: Array) -> PoseFit | None:
-    p = camera.points(oTc, points)
-    if not p[:, 2].min() > NEAREST:
-        return None
-    error = camera.features(p) - image
-    cost, damping = float(error @ error), 0.0
-    if not np.isfinite(cost):
-        return None
-    L = camera.interaction(error + image, p[:, 2])
-    done, k = False, 0
-    while not done and k < ITERATIONS:
-        k += 1
-        step, settled = _step(L, error, damping)
-        tried = oTc @ exp_one(step.tolist())
-        q = camera.points(tried, points)
-        new_error = camera.features(q) - image
-        new_cost = float(new_error @ new_error)
-        better = new_cost <= cost * (1 + _ROUNDING) and q[:, 2].min() > NEAREST
+class _Fit:
+    """The image error of a pose oTc that is tried, and of the best one so far."""
+
+    L: Array
+    squares: float
+
+    def __init__(self, image: Array, points: Array, camera: Camera, oTc: Array) -> None:
+        self._image, self._points, self._camera = image, points, camera
+        self._tried = self.oTc = oTc
+        self._moved = False
+
+    def cost(self) -> Array:
+        """Squared image error of the pose that is tried, in px²; ∞ with a point behind it."""
+        self._p = self._camera.points(self._tried, self._points)
+        self._error = self._camera.features(self._p) - self._image
+        squares = self._error @ self._error
+        return np.asarray(squares if self._p[:, 2].min() > NEAREST else np.inf)
+
+    def accept(self, better: Mask) -> None:
+        """Take the pose that is tried as the best one."""
         if better:
-            oTc, p, error, cost = tried, q, new_error, new_cost
-            damping = damping * _LESS if damping * _LESS > _LEAST else 0.0
-            if not settled:
-                L = camera.interaction(error + image, p[:, 2])
-        elif not settled:
-            damping = max(_DAMPING, _MORE * damping)
-        # A step within rounding need not lower the cost: it is the end all the same.
-        done = settled
-    # Where only a crawl was accepted, small steps are no sign of a minimum.
-    ok = done and damping < 1 and _determined(L)
-    return PoseFit(oTc, float(np.sqrt(cost / len(image))), k, ok)
+            self.oTc, self._moved = self._tried, True
+            self._best = self._p, self._error
+            self.squares = float(self._error @ self._error)
 
-
-def _step(L: Array, error: Array, damping: float) -> tuple[Array, bool]:
-    """Twist of the damped normal equations, and whether its effect is within ``SETTLED_PX``."""
-    A = L.T @ L
-    curvature = np.diagonal(A)
-    if damping:
-        A = A + np.diag(damping * curvature)
-    try:
-        step = np.asarray(np.linalg.solve(A, -(L.T @ error)), dtype=np.float64)
-    except np.linalg.LinAlgError:
-        step = np.full(6, np.nan)
-    if not np.isfinite(step).all():  # exactly singular: along the gradient instead
-        step = -(L.T @ error) / np.where(curvature > 0, 6 * curvature, 1.0)
-    return step, bool(np.abs(L @ step).max() <= SETTLED_PX)
+    def step(self, damping: Array) -> Mask:
+        """Try the pose after a twist of the damped normal equations."""
+        p, error = self._best
+        if self._moved:
+            self.L, self._moved = self._camera.interaction(error + self._image, p[:, 2]), False
+        L = self.L
+        A = L.T @ L
+        curvature = np.diagonal(A)
+        if damping:
+            A = A + np.diag(damping * curvature)
+        try:
+            twist = np.asarray(np.linalg.solve(A, -(L.T @ error)), dtype=np.float64)
+        except np.linalg.LinAlgError:
+            twist = np.full(6, np.nan)
+        if not np.isfinite(twist).all():  # exactly singular: along the gradient instead
+            twist = -(L.T @ error) / np.where(curvature > 0, 6 * curvature, 1.0)
+        self._tried = self.oTc @ exp_one(twist.tolist())
+        return np.asarray(np.abs(L @ twist).max() <= SETTLED_PX)
 
 
 def _determined(L: Array) -> bool:

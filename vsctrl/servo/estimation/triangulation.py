@@ -13,13 +13,12 @@ revisited (CVPR 2016) for the angle as the test.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vsctrl.errors import InputError
+from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.camera.camera import NEAREST, Camera
-
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
+from vsctrl.servo.least_squares import minimise
 
 # Rays that meet at less than this angle (deg) are not trusted to have a depth: at 700 px of focal
 # length it is a shift of 12 px, of which a pixel of noise is a twelfth.
@@ -29,13 +28,6 @@ LEAST_PARALLAX_DEG = 1.0
 # cameras: what is left is the square of that.
 _SETTLED = 1e-8
 _ITERATIONS = 50
-
-# Damping as in the pose of a camera: share of the curvature when a step is refused, and how it
-# changes; below the least there is none.
-_DAMPING, _LEAST, _MORE, _LESS = 1e-3, 1e-5, 8.0, 0.1
-
-# A rise of the cost by less than this share is rounding, no reason to refuse a step.
-_ROUNDING = 1e-13
 
 # A direction whose information is below this share of the best known one's is not determined.
 _RANK_TOLERANCE = 1e-12
@@ -58,7 +50,7 @@ class Structure(NamedTuple):
     points: Array
     covariance_per_px2: Array
     parallax_deg: Array
-    ok: Bools
+    ok: Mask
 
 
 def target_from_motion(
@@ -83,14 +75,17 @@ def target_from_motion(
     camera = Camera(Fx, Fy)
     with np.errstate(all="ignore"):  # what overflows is refused as a step that does not help
         start = _intersection(image / np.array([Fx, Fy]), poses, seen)
-        points, information, settled = _refined(start, image, poses, seen, camera)
-        parallax = _parallax(points, poses, seen)
-        determined, covariance = _inverse(information)
+        fit = _Fit(start, image, poses, seen, camera)
+        cost = fit.cost()
+        fit.accept(np.ones(p, dtype=bool))
+        settled = minimise(fit, cost, _ITERATIONS).settled
+        parallax = _parallax(fit.points, poses, seen)
+        determined, covariance = _inverse(fit.information)
         ok = settled & determined & (parallax >= LEAST_PARALLAX_DEG)
-        return Structure(points, covariance, parallax, ok)
+        return Structure(fit.points, covariance, parallax, ok)
 
 
-def _intersection(rays: Array, poses: Array, seen: Bools) -> Array:
+def _intersection(rays: Array, poses: Array, seen: Mask) -> Array:
     """Points nearest to their rays, ``(R₁ − x R₃)·(P − t) = 0`` and the same for y.
 
     rays: (n, p, 2) normalised. Of least distance from the middle of the cameras where the rays are
@@ -108,68 +103,58 @@ def _intersection(rays: Array, poses: Array, seen: Bools) -> Array:
     return middle + np.squeeze(inverse @ out[..., None], -1)
 
 
-def _refined(
-    points: Array, image: Array, poses: Array, seen: Bools, camera: Camera
-) -> tuple[Array, Array, Bools]:
-    """Damped Gauss-Newton on the image error of every point at once.
+class _Fit:
+    """The image error of points (p, 3) that are tried, and of the best ones so far.
 
-    Returns points (p, 3), their information (p, 3, 3) in px²/m², and which of them settled (p,).
+    information: (p, 3, 3), ``JᵀJ`` in px²/m² of the best ones.
     """
-    count = len(points)
-    cost, information, pull = _fit(points, image, poses, seen, camera)
-    damping, settled = np.zeros(count), ~np.isfinite(cost)
-    failed = settled.copy()
-    for _ in range(_ITERATIONS):
-        if settled.all():
-            break
-        step = _step(information, pull, damping)
-        tried = points + np.where(settled[:, None], 0.0, step)
-        new_cost, new_information, new_pull = _fit(tried, image, poses, seen, camera)
-        reach = np.sqrt(np.sum((points - poses[:, None, :3, 3]) ** 2, axis=-1)).min(axis=0)
-        small = np.sqrt(np.sum(step * step, axis=-1)) <= _SETTLED * reach
-        better = ~settled & (new_cost <= cost * (1 + _ROUNDING))
-        points = np.where(better[:, None], tried, points)
-        cost = np.where(better, new_cost, cost)
-        information = np.where(better[:, None, None], new_information, information)
-        pull = np.where(better[:, None], new_pull, pull)
-        lower = np.where(damping * _LESS > _LEAST, damping * _LESS, 0.0)
-        damping = np.where(better, lower, np.maximum(_DAMPING, _MORE * damping))
-        # A step this small is the end, even if rounding kept it from lowering the cost; but where
-        # only a crawl was accepted it is no sign of a minimum.
-        failed |= ~settled & small & (damping >= 1)
-        settled = settled | small
-    return points, information, settled & ~failed
+
+    def __init__(
+        self, points: Array, image: Array, poses: Array, seen: Mask, camera: Camera
+    ) -> None:
+        self._image, self._poses, self._seen, self._camera = image, poses, seen, camera
+        self._tried = self.points = points
+        self.information = np.zeros((len(points), 3, 3))
+        self._gradient = np.zeros((len(points), 3))  # −Jᵀe
+
+    def cost(self) -> Array:
+        """Squared image error (p,) in px², ∞ for a point behind a camera that saw it."""
+        n, p = self._seen.shape
+        q = self._camera.points(self._poses, self._tried)
+        front = q[..., 2] > NEAREST
+        use = self._seen & front
+        q[..., 2] = np.where(front, q[..., 2], 1.0)
+        features = self._camera.features(q)
+        error = (features.reshape(n, p, 2) - self._image) * use[..., None]
+        # A camera that moves by V sees the point move by −V: ∂s/∂q = −(translation's columns of L).
+        L = self._camera.interaction(features, q[..., 2]).reshape(n, p, 2, 6)
+        R = self._poses[:, None, :3, :3]
+        J = -(L[..., :3] @ R.swapaxes(-1, -2)) * use[..., None, None]
+        cost = np.sum(error * error, axis=(0, 2))
+        self._new = np.einsum("npij,npik->pjk", J, J), -np.einsum("npij,npi->pj", J, error)
+        hidden = (self._seen & ~front).any(axis=0)
+        return np.where(hidden | ~np.isfinite(cost), np.inf, cost)
+
+    def accept(self, better: Mask) -> None:
+        """Take the points that are tried as the best ones, where they are better: (p,)."""
+        information, gradient = self._new
+        self.points = np.where(better[:, None], self._tried, self.points)
+        self.information = np.where(better[:, None, None], information, self.information)
+        self._gradient = np.where(better[:, None], gradient, self._gradient)
+
+    def step(self, damping: Array) -> Mask:
+        """Try a damped step; of least length where a point's images leave a direction open."""
+        curvature = np.diagonal(self.information, axis1=1, axis2=2)
+        A = self.information + (damping[:, None] * curvature)[..., None] * np.eye(3)
+        inverse = np.linalg.pinv(A, rcond=_RANK_TOLERANCE, hermitian=True)
+        step = np.squeeze(inverse @ self._gradient[..., None], -1)
+        self._tried = self.points + step
+        away = np.sum((self.points - self._poses[:, None, :3, 3]) ** 2, axis=-1)
+        reach = np.sqrt(away).min(axis=0)
+        return np.sqrt(np.sum(step * step, axis=-1)) <= _SETTLED * reach
 
 
-def _fit(
-    points: Array, image: Array, poses: Array, seen: Bools, camera: Camera
-) -> tuple[Array, Array, Array]:
-    """Cost (p,) in px², ∞ for a point behind a camera that saw it; ``JᵀJ`` and ``−Jᵀe``."""
-    n, p = seen.shape
-    q = camera.points(poses, points)
-    front = q[..., 2] > NEAREST
-    use = seen & front
-    q[..., 2] = np.where(front, q[..., 2], 1.0)
-    features = camera.features(q)
-    error = (features.reshape(n, p, 2) - image) * use[..., None]
-    # A camera that moves by V sees the point move by −V: ∂s/∂q = −(translation's columns of L).
-    L = camera.interaction(features, q[..., 2]).reshape(n, p, 2, 6)
-    J = -(L[..., :3] @ poses[:, None, :3, :3].swapaxes(-1, -2)) * use[..., None, None]
-    cost = np.sum(error * error, axis=(0, 2))
-    cost = np.where((seen & ~front).any(axis=0) | ~np.isfinite(cost), np.inf, cost)
-    information = np.einsum("npij,npik->pjk", J, J)
-    return cost, information, -np.einsum("npij,npi->pj", J, error)
-
-
-def _step(information: Array, pull: Array, damping: Array) -> Array:
-    """Damped step of every point; of least length where its images leave a direction open."""
-    curvature = np.diagonal(information, axis1=1, axis2=2)
-    A = information + (damping[:, None] * curvature)[..., None] * np.eye(3)
-    inverse = np.linalg.pinv(A, rcond=_RANK_TOLERANCE, hermitian=True)
-    return np.squeeze(inverse @ pull[..., None], -1)
-
-
-def _parallax(points: Array, poses: Array, seen: Bools) -> Array:
+def _parallax(points: Array, poses: Array, seen: Mask) -> Array:
     """Greatest angle (p,) in deg between two rays from cameras that saw a point to it."""
     out = np.zeros(len(points))
     for i, point in enumerate(points):
@@ -183,7 +168,7 @@ def _parallax(points: Array, poses: Array, seen: Bools) -> Array:
     return out
 
 
-def _inverse(information: Array) -> tuple[Bools, Array]:
+def _inverse(information: Array) -> tuple[Mask, Array]:
     """Which points (p,) are determined in all directions, and their covariance (p, 3, 3)."""
     values = np.linalg.eigvalsh(information)
     determined = (values[:, 0] > _RANK_TOLERANCE * values[:, 2]) & (values[:, 0] > 0)
@@ -193,7 +178,7 @@ def _inverse(information: Array) -> tuple[Bools, Array]:
     return determined, covariance
 
 
-def _check(images: Array, poses: Array, visible: Bools) -> None:
+def _check(images: Array, poses: Array, visible: Mask) -> None:
     n = len(images)
     if visible.ndim != 2 or images.shape != (n, 2 * visible.shape[1]) or len(visible) != n:
         raise InputError(

@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.camera.target import Target
 from vsctrl.servo.feasibility.joints import JointPath
@@ -20,7 +21,6 @@ from vsctrl.servo.feasibility.limits import Limits
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.robot.gantry import FreeCamera, Gantry, Robot
 
-Array = NDArray[np.float64]
 Kind = Literal["speed", "acceleration", "geometry"]
 
 
@@ -69,8 +69,7 @@ class Demands:
     shapes: tuple[Row, ...] = field(init=False)  #: what depends on the pose alone
 
     def __post_init__(self) -> None:
-        if not np.isfinite(self.trajectory.duration):
-            raise InputError("duration: the trajectory never ends; give it a finite duration.")
+        checks.finite_duration(self.trajectory.duration)
         view = self.limits.field_of_view
         if view is not None and (self.camera is None or self.target is None):
             missing = "camera" if self.camera is None else "target"
@@ -139,7 +138,7 @@ class Demands:
         if self.joints is not None and q is not None:
             gantry = self.joints.gantry
             values += list(q.T)
-            shares += list(self.joints.share(q).T)
+            shares += list(gantry.range_share(q).T)
             values.append(gantry.singularity(q))
             shares.append(_over(np.full(len(t), gantry.wrist_margin), values[-1]))
         if self.target is not None:
@@ -161,38 +160,33 @@ class Demands:
 def _movers(limits: Limits, gantry: Gantry | None) -> tuple[tuple[Row, Row], ...]:
     a, alpha = limits.acceleration, limits.angular_acceleration
     out = [
-        (
-            Row("speed", "speed", limits.speed, "m/s", "limits.speed"),
-            Row("acceleration", "acceleration", a, "m/s²", "limits.acceleration"),
-        ),
-        (
-            Row("rate", "speed", limits.rate, "rad/s", "limits.rate"),
-            Row(
-                "angular_acceleration",
-                "acceleration",
-                alpha,
-                "rad/s²",
-                "limits.angular_acceleration",
-            ),
-        ),
+        _mover("speed", "acceleration", (limits.speed, a), "m/s"),
+        _mover("rate", "angular_acceleration", (limits.rate, alpha), "rad/s"),
     ]
-    for k in range(6 if gantry else 0):
-        assert gantry is not None
-        unit = "m" if k < 3 else "rad"
-        v, a = float(gantry.speeds[k]), float(gantry.accelerations[k])
-        out.append(
-            (
-                Row(f"speed of joint {k + 1}", "speed", v, f"{unit}/s", "robot.speeds"),
-                Row(
-                    f"acceleration of joint {k + 1}",
-                    "acceleration",
-                    a,
-                    f"{unit}/s²",
-                    "robot.accelerations",
-                ),
-            )
-        )
+    if gantry is None:
+        return tuple(out)
+    owners = "robot.speeds", "robot.accelerations"
+    for k, pair in enumerate(
+        zip(gantry.speeds.tolist(), gantry.accelerations.tolist(), strict=True)
+    ):
+        names = f"speed of joint {k + 1}", f"acceleration of joint {k + 1}"
+        out.append(_mover(*names, pair, "m/s" if k < 3 else "rad/s", owners))
     return tuple(out)
+
+
+def _mover(
+    speed: str,
+    acceleration: str,
+    most: tuple[float, float],
+    unit: str,
+    owners: tuple[str, str] | None = None,
+) -> tuple[Row, Row]:
+    """The rows of one mover, whose limits are set by ``limits`` where nothing else is said."""
+    first, second = owners or (f"limits.{speed}", f"limits.{acceleration}")
+    return (
+        Row(speed, "speed", most[0], unit, first),
+        Row(acceleration, "acceleration", most[1], f"{unit}²", second),
+    )
 
 
 def _shapes(limits: Limits, gantry: Gantry | None, target: bool) -> tuple[Row, ...]:

@@ -1,8 +1,8 @@
 """Can a reference be followed? Which limit binds, when, and what to do about it.
 
 The paper leaves "dynamic feasibility" open. Every limit is compared with the most that the
-trajectory asks of it, found between samples too; what is too fast can be slowed down (``timing``),
-what leaves the joints' ranges or the image cannot.
+trajectory asks of it, found between samples too; what is too fast can be slowed down
+(``retiming``), what leaves the joints' ranges or the image cannot.
 """
 
 import math
@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vsctrl.errors import InputError
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.camera.target import Target
 from vsctrl.servo.feasibility.demands import Demands, Kind, Row
@@ -21,8 +21,8 @@ from vsctrl.servo.feasibility.limits import Limits
 from vsctrl.servo.feasibility.peaks import Peaks, above, peaks
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.robot.gantry import FreeCamera, Robot
+from vsctrl.tables import html, text
 
-Array = NDArray[np.float64]
 Intervals = tuple[tuple[float, float], ...]
 
 # A share above 1 by less than this is rounding.
@@ -30,6 +30,7 @@ ROUNDING = 1e-9
 # A jump below this share of its limit is rounding.
 STILL = 1e-9
 FEWEST_SAMPLES = 10
+HEADS = ("limit of", "most asked", "limit", "share", "at")
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,33 +148,26 @@ class Feasibility:
 
     def __repr__(self) -> str:
         """A table of the limits, and what is wrong or which limit is nearest."""
-        rows = [("limit of", "most asked", "limit", "share", "at")]
-        rows += [
+        form = "{:<24}{:>12}{:>16}{:>10}   {}  {}"
+        return "\n".join([text([HEADS, *self._rows()], form), *self.sentences])
+
+    def _repr_html_(self) -> str:
+        """A table of the limits for notebooks."""
+        said = "<br>".join(escape(sentence) for sentence in self.sentences)
+        return f"<p>{said}</p>{html(self._rows(), heads=HEADS, left=1)}"
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        return [
             (
                 r.name,
                 f"{r.value:.4g}",
                 f"{r.limit:.4g} {r.unit}",
                 f"{100 * r.share:.3g} %",
-                f"{r.t:.4g} s{'' if r.ok else '  not kept'}",
+                f"{r.t:.4g} s",
+                "" if r.ok else "not kept",
             )
             for r in self.readings
         ]
-        table = [f"{a:<24}{b:>12}{c:>16}{d:>10}   {e}" for a, b, c, d, e in rows]
-        return "\n".join([*table, *self.sentences])
-
-    def _repr_html_(self) -> str:
-        """A table of the limits for notebooks."""
-        rows = "".join(
-            f"<tr><td style='text-align:left'>{escape(r.name)}</td><td>{r.value:.4g}</td>"
-            f"<td>{r.limit:.4g} {escape(r.unit)}</td><td>{100 * r.share:.3g} %</td>"
-            f"<td>{r.t:.4g} s</td><td>{'' if r.ok else 'not kept'}</td></tr>"
-            for r in self.readings
-        )
-        said = "<br>".join(escape(sentence) for sentence in self.sentences)
-        head = (
-            "<tr><th>limit of</th><th>most asked</th><th>limit</th><th>share</th><th>at</th></tr>"
-        )
-        return f"<p>{said}</p><table>{head}{rows}</table>"
 
 
 def feasibility(
@@ -195,26 +189,25 @@ def feasibility(
     Raises InputError for a trajectory of
     infinite duration, and a field of view without camera or target.
     """
-    if not samples >= FEWEST_SAMPLES:
-        raise InputError(f"samples: {samples!r} are too few; give at least {FEWEST_SAMPLES}.")
+    checks.at_least("samples", samples, FEWEST_SAMPLES)
     limits = limits or Limits()
     demands = Demands(trajectory, limits, robot or FreeCamera(), camera, target)
 
-    found = peaks(demands.shares, trajectory.duration, samples)
+    tops = peaks(demands.shares, trajectory.duration, samples)
     jumps = _jumps(demands, rest)
     readings = []
     for k, row in enumerate(demands.rows):
-        readings.append(_reading(demands, row, k, found, jumps.get(k, [])))
+        readings.append(_reading(demands, row, k, tops, jumps.get(k, [])))
     return Feasibility(trajectory, limits, tuple(readings))
 
 
 def _reading(
-    demands: Demands, row: Row, k: int, found: Peaks, jumps: list[tuple[float, float]]
+    demands: Demands, row: Row, k: int, tops: Peaks, jumps: list[tuple[float, float]]
 ) -> Reading:
-    share, t = float(found.top[k]), float(found.t[k])
+    share, t = float(tops.top[k]), float(tops.t[k])
     violated: list[tuple[float, float]] = []
     if share > 1 + ROUNDING:
-        violated = above(demands.shares, k, found, 1 + ROUNDING)
+        violated = above(demands.shares, k, tops, 1 + ROUNDING)
     value = float(demands.ask(np.array([t])).values[k, 0])
     limit = row.limit
     if row.name.startswith("position of joint"):

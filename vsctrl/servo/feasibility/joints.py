@@ -3,13 +3,13 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vsctrl.errors import InputError
-from vsctrl.servo.motion.trajectory import Trajectory, times
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array
+from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.robot.gantry import ALIGNED, Gantry
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +31,7 @@ class JointPath:
     _q: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if not np.isfinite(self.trajectory.duration):
-            raise InputError("duration: the trajectory never ends; give it a finite duration.")
+        checks.finite_duration(self.trajectory.duration)
         t = np.linspace(0.0, self.trajectory.duration, self.samples + 1)
         first, second = np.moveaxis(self.gantry.both(self._camera(t)), -2, 0)
         told = self.gantry.singularity(first) > 10 * ALIGNED
@@ -42,18 +41,20 @@ class JointPath:
                 "be told apart; mount the camera (eTc) or place the object (bTo) otherwise."
             )
         t, first, second = t[told], first[told], second[told]
-        crossed = _apart(first[1:], first[:-1]) > _apart(second[1:], first[:-1])
+        crossed = _distance(first[1:], first[:-1]) > _distance(second[1:], first[:-1])
         other = np.concatenate([[False], np.cumsum(crossed) % 2 == 1])[:, None]
         paths = [
             self._unwrapped(np.where(other, second, first)),
             self._unwrapped(np.where(other, first, second)),
         ]
         object.__setattr__(self, "_t", t)
-        object.__setattr__(self, "_q", min(paths, key=lambda q: float(self.share(q).max())))
+        object.__setattr__(
+            self, "_q", min(paths, key=lambda q: float(self.gantry.range_share(q).max()))
+        )
 
     def position(self, t: ArrayLike) -> Array:
         """Joints at the times t: (...,) in s → (..., 6) in m and rad."""
-        t = times(t)
+        t = checks.times(t)
         k = np.clip(np.searchsorted(self._t, t), 1, max(1, len(self._t) - 1))
         k = np.where(np.abs(t - self._t[k - 1]) <= np.abs(t - self._t[k % len(self._t)]), k - 1, k)
         return self.gantry.nearest(self._camera(t), self._q[k])
@@ -66,22 +67,18 @@ class JointPath:
 
     def share(self, q: Array) -> Array:
         """Share of its range that each joint uses, 0 in the middle and 1 at a limit: (..., 6)."""
-        middle = (self.gantry.upper + self.gantry.lower) / 2
-        out: Array = np.abs(q - middle) / ((self.gantry.upper - self.gantry.lower) / 2)
-        return out
+        return self.gantry.range_share(q)
 
     def _camera(self, t: Array) -> Array:
-        out: Array = self.gantry.bTo @ self.trajectory.pose(t)
-        return out
+        return self.gantry.bTo @ self.trajectory.pose(t)
 
     def _unwrapped(self, q: Array) -> Array:
-        theta = self.gantry._theta(q)
+        theta = self.gantry.without_gears(q)
         theta[:, 3:] = np.unwrap(theta[:, 3:], axis=0)
-        return self.gantry._undo_gears(theta)
+        return self.gantry.with_gears(theta)
 
 
-def _apart(a: Array, b: Array) -> Array:
-    """How far two wrists are apart, whole turns not counted: (..., 6) twice → (...,) in rad."""
+def _distance(a: Array, b: Array) -> Array:
+    """Distance of two wrists, whole turns not counted: (..., 6) twice → (...,) in rad."""
     turn = (a - b)[..., 3:]
-    out: Array = np.abs(turn - 2 * np.pi * np.round(turn / (2 * np.pi))).sum(axis=-1)
-    return out
+    return np.abs(turn - 2 * np.pi * np.round(turn / (2 * np.pi))).sum(axis=-1)

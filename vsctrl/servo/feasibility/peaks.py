@@ -9,11 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vsctrl.servo.arrays import Array
+from vsctrl.servo.feasibility.golden_section import GOLDEN, golden_section
+
 Functions = Callable[[Array], Array]  # (n,) → (rows, n)
 
 MOST_PEAKS = 8  # of one function, the highest: those whose true top could be the greatest
-GOLDEN = (np.sqrt(5) - 1) / 2
 STEPS = 45  # of golden section: 4e-10 of the bracket, so that a cliff is found as well
 
 
@@ -47,38 +48,28 @@ def peaks(functions: Functions, end: float, count: int) -> Peaks:
         return Peaks(when, top, t, samples)
     a, d = t[np.maximum(places - 1, 0)], t[np.minimum(places + 1, len(t) - 1)]
     pick = np.arange(rows.size)
-    b, c = d - GOLDEN * (d - a), a + GOLDEN * (d - a)
-    fb, fc = functions(b)[rows, pick], functions(c)[rows, pick]
-    for _ in range(STEPS):
-        for x, f in ((b, fb), (c, fc)):
-            for k in np.flatnonzero(f > top[rows]):
-                if f[k] > top[rows[k]]:
-                    when[rows[k]], top[rows[k]] = x[k], f[k]
-        left = fb >= fc
-        a, d = np.where(left, a, b), np.where(left, c, d)
-        new = np.where(left, d - GOLDEN * (d - a), a + GOLDEN * (d - a))
-        fnew = functions(new)[rows, pick]
-        b, fb, c, fc = (
-            np.where(left, new, c),
-            np.where(left, fnew, fc),
-            np.where(left, b, new),
-            np.where(left, fb, fnew),
-        )
+
+    def tried(x: Array, f: Array) -> None:
+        for k in np.flatnonzero(f > top[rows]):
+            if f[k] > top[rows[k]]:
+                when[rows[k]], top[rows[k]] = x[k], f[k]
+
+    golden_section(lambda x: functions(x)[rows, pick], a, d, STEPS, tried)
     return Peaks(when, top, t, samples)
 
 
-def above(functions: Functions, row: int, found: Peaks, level: float) -> list[tuple[float, float]]:
+def above(functions: Functions, row: int, tops: Peaks, level: float) -> list[tuple[float, float]]:
     """Intervals on which one function is above a level, ends by bisection."""
-    t = np.append(found.times, found.t[row])
-    value = np.append(found.samples[row], found.top[row])
+    t = np.append(tops.times, tops.t[row])
+    value = np.append(tops.samples[row], tops.top[row])
     order = np.argsort(t, kind="stable")
     t, over = t[order], value[order] > level
     turns = np.flatnonzero(over[1:] != over[:-1])
     low, high, rising = t[turns], t[turns + 1], over[turns + 1]
     for _ in range(60 if turns.size else 0):
         middle = (low + high) / 2
-        late = (functions(middle)[row] > level) == rising
-        low, high = np.where(late, low, middle), np.where(late, middle, high)
+        passed = (functions(middle)[row] > level) == rising
+        low, high = np.where(passed, low, middle), np.where(passed, middle, high)
     edges = [float(x) for x in np.where(rising, high, low)]
     if over[0]:
         edges.insert(0, float(t[0]))

@@ -10,20 +10,19 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vsctrl.errors import InputError
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.camera.target import Target
 from vsctrl.servo.feasibility.demands import Demands, Moving
 from vsctrl.servo.feasibility.following import feasibility
 from vsctrl.servo.feasibility.limits import Limits
 from vsctrl.servo.feasibility.time_optimal import fastest_pace, knots
-from vsctrl.servo.motion.trajectory import Jump, Trajectory, times
-from vsctrl.servo.pose import exp
+from vsctrl.servo.motion.trajectory import Jump, Trajectory
 from vsctrl.servo.robot.gantry import FreeCamera, Robot
-
-Array = NDArray[np.float64]
 
 MOST_CORNERS = 1000
 FEWEST_CELLS = 50
@@ -61,22 +60,18 @@ class Retimed(Trajectory):
 
     def pose(self, t: ArrayLike) -> Array:
         """Pose at the times t: (...,) in s → (..., 4, 4)."""
-        t = times(t)
+        t = checks.times(t)
         inside = np.clip(t, 0.0, self.duration)
-        out = self.trajectory.pose(self.progress(inside)[0])
-        if (t != inside).any():
-            out = out @ exp((t - inside)[..., None] * self.twist(inside))
-        return out
+        return self._carried_on(self.trajectory.pose(self.progress(inside)[0]), t, inside)
 
     def twist(self, t: ArrayLike) -> Array:
         """Twist at the times t: (...,) in s → (..., 6), (V, Ω) in m/s and rad/s."""
-        _, rate, _, sigma = self._look(np.clip(times(t), 0.0, self.duration))
-        out: Array = self.trajectory.twist(sigma) * rate[..., None]
-        return out
+        _, rate, _, sigma = self._look(np.clip(checks.times(t), 0.0, self.duration))
+        return self.trajectory.twist(sigma) * rate[..., None]
 
     def acceleration(self, t: ArrayLike) -> Array:
         """Derivative of the twist: (...,) in s → (..., 6), m/s² and rad/s²."""
-        t = times(t)
+        t = checks.times(t)
         _, rate, bend, sigma = self._look(np.clip(t, 0.0, self.duration))
         T, dT = self.trajectory.twist(sigma), self.trajectory.acceleration(sigma)
         within = ((t >= 0) & (t <= self.duration))[..., None]
@@ -84,7 +79,7 @@ class Retimed(Trajectory):
 
     def progress(self, t: ArrayLike) -> tuple[Array, Array, Array]:
         """σ, σ' and σ'' at the times t between 0 and the end: (...,) in s → (...,) each."""
-        return self._look(np.clip(times(t), 0.0, self.duration))[:3]
+        return self._look(np.clip(checks.times(t), 0.0, self.duration))[:3]
 
     @property
     def jumps(self) -> tuple[Jump, ...]:
@@ -95,8 +90,7 @@ class Retimed(Trajectory):
     def end_twist(self) -> Array:
         """The twist with which the motion ends, (6,)."""
         if self.kept or len(self.starts) == 1:
-            out: Array = self.trajectory.end_twist * self.rate[-1]
-            return out
+            return self.trajectory.end_twist * self.rate[-1]
         return self.twist(self.duration)
 
     def stretched(self, factor: float) -> "Retimed":
@@ -131,13 +125,14 @@ def slowed(trajectory: Trajectory, factor: float) -> Retimed:
     speed and acceleration. Raises InputError for a factor that is not finite and above 0 (as it is
     not where the twist jumps), and a trajectory without end.
     """
-    if not (0 < factor < math.inf):
-        raise InputError(
-            f"factor: {factor!r} is no finite number above 0; where the twist jumps no even pace "
-            "will do, so blend the parts or use servo.fastest."
-        )
-    if not math.isfinite(trajectory.duration):
-        raise InputError("duration: the trajectory never ends; give it a finite duration.")
+    checks.require(
+        0 < factor < math.inf,
+        "factor",
+        factor,
+        "is no finite number above 0; where the twist jumps no even pace will do, so blend the "
+        "parts or use servo.fastest.",
+    )
+    checks.finite_duration(trajectory.duration)
     zero, end = np.zeros(1), np.array([trajectory.duration])
     asked = np.array([[0.0, trajectory.duration]])
     even = Retimed(
@@ -172,15 +167,14 @@ def fastest(
     lasting = [r.sentence for r in own.readings if r.kind == "geometry" and not r.ok]
     if lasting:
         raise InputError("trajectory: no pace makes it feasible. " + " ".join(lasting))
-    if not cells >= FEWEST_CELLS:
-        raise InputError(f"cells: {cells!r} are too few; give at least {FEWEST_CELLS}.")
+    checks.at_least("cells", cells, FEWEST_CELLS)
     out = _assembled(trajectory, demands, rest, cells)
-    late = feasibility(out, limits, robot=robot).stretch
-    if late > 1:
-        out = out.stretched(late * (1 + STILL))
+    stretch = feasibility(out, limits, robot=robot).stretch
+    if stretch > 1:
+        out = out.stretched(stretch * (1 + STILL))
     if not rest and own.stretch < math.inf:
         even = slowed(trajectory, own.stretch)
-        out = min(out, even, key=lambda found: found.duration)
+        out = min(out, even, key=lambda retimed: retimed.duration)
     return out
 
 

@@ -18,11 +18,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.feasibility.demands import Moving
-
-Array = NDArray[np.float64]
+from vsctrl.servo.feasibility.golden_section import golden_section
 
 BETWEEN = np.linspace(0.0, 1.0, 9)  # where in a cell the limits are verified
 WITHIN = BETWEEN[::2]  # where they are taken
@@ -38,7 +37,6 @@ BACK_OFF = 1e-8
 LEAST_JUMP = 1e-3
 # A rate of the path this many times the uniform one is no limit: it is met where nothing moves.
 MOST_RATE = 1e3
-GOLDEN = (np.sqrt(5) - 1) / 2
 
 
 class Cells(NamedTuple):
@@ -88,8 +86,7 @@ def fastest_pace(
     worst = np.argsort(-share)[:WORST]
     closely = _at(moving, np.stack([sigma[worst], sigma[worst + 1]]), CLOSELY)
     share = _shares(closely, CLOSELY, np.stack([x[worst], x[worst + 1]]), h[worst])
-    out: Array = x / (max(1.0, float(share.max())) * (1 + HAIR))
-    return out
+    return x / (max(1.0, float(share.max())) * (1 + HAIR))
 
 
 def knots(moving: Callable[[Array], Moving], sigma: Array) -> Array:
@@ -109,10 +106,10 @@ def knots(moving: Callable[[Array], Moving], sigma: Array) -> Array:
             break
         middle = (low + high) / 2
         half = moving(middle).a_acceleration
-        left = _size(half - first).max(axis=0) >= _size(last - half).max(axis=0)
-        low, high = np.where(left, low, middle), np.where(left, middle, high)
-        first = np.where(left[None, :, None], first, half)
-        last = np.where(left[None, :, None], half, last)
+        below = _size(half - first).max(axis=0) >= _size(last - half).max(axis=0)
+        low, high = np.where(below, low, middle), np.where(below, middle, high)
+        first = np.where(below[None, :, None], first, half)
+        last = np.where(below[None, :, None], half, last)
         height = _size(last - first).max(axis=0)
     return high
 
@@ -171,21 +168,7 @@ def _widest(cells: Cells, most: float) -> Array:
         return np.where(some.all(axis=1) & (lowest <= highest), np.minimum(highest, most), -np.inf)
 
     n = len(cells.alpha)
-    a, d = np.zeros(n), np.full(n, most)
-    b, c = d - GOLDEN * (d - a), a + GOLDEN * (d - a)
-    fb, fc = reach(b), reach(c)
-    for _ in range(100):
-        left = fb >= fc
-        a, d = np.where(left, a, b), np.where(left, c, d)
-        new = np.where(left, d - GOLDEN * (d - a), a + GOLDEN * (d - a))
-        fnew = reach(new)
-        b, fb, c, fc = (
-            np.where(left, new, c),
-            np.where(left, fnew, fc),
-            np.where(left, b, new),
-            np.where(left, fb, fnew),
-        )
-    return a
+    return golden_section(reach, np.zeros(n), np.full(n, most), 100)
 
 
 def _cells(asked: Moving, h: Array) -> Cells:
@@ -228,18 +211,16 @@ def _tops(values: Array) -> Array:
     bend = 2 * here - before - after
     crest = (bend > 0) & (np.abs(after - before) <= 2 * bend)  # within the three
     rise = np.where(crest, (after - before) ** 2 / (8 * np.where(crest, bend, 1.0)), 0.0)
-    out: Array = np.maximum(values.max(axis=-1), (here + rise).max(axis=-1))
-    return out
+    return np.maximum(values.max(axis=-1), (here + rise).max(axis=-1))
 
 
 def _at(moving: Callable[[Array], Moving], sigma: Array, places: Array) -> Moving:
     """Demands at places in cells, (m, cells, places, 3); sigma: nodes (n + 1,) or ends (2, n)."""
     low, high = (sigma[:-1], sigma[1:]) if sigma.ndim == 1 else sigma
     points = low[:, None] + (high - low)[:, None] * np.clip(places, INSIDE, 1 - INSIDE)
-    found = moving(points.ravel())
-    return Moving(*(x.reshape(len(x), *points.shape, 3) for x in found))
+    flat = moving(points.ravel())
+    return Moving(*(x.reshape(len(x), *points.shape, 3) for x in flat))
 
 
 def _size(vectors: Array) -> Array:
-    out: Array = np.linalg.norm(vectors, axis=-1)
-    return out
+    return np.linalg.norm(vectors, axis=-1)

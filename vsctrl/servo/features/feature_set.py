@@ -1,7 +1,7 @@
 """What a set of features is: the same few quantities of every point, side or whole of a target.
 
 The module exists so that a set brings its formulas and where they end, and nothing else. Which sets
-there are is told by ``measures``.
+there are is told by ``feature_sets``.
 """
 
 from abc import ABC, abstractmethod
@@ -12,10 +12,9 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.camera.camera import NEAREST, Camera
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Places = NDArray[np.int64]
 
 # A coordinate (px) whose third power is still a number, for moments.
@@ -34,7 +33,7 @@ class Quantity(NamedTuple):
 class Measures(ABC):
     """A set of m features of the image of p points, part by part: a point, a segment or the whole.
 
-    camera: that the law believes in, of which only L depends; points: p. ``quantities`` are the
+    camera: that the law assumes, of which only L depends; points: p. ``quantities`` are the
     features of a part, ``least`` is the least p.
     """
 
@@ -92,8 +91,7 @@ class Measures(ABC):
         with np.errstate(all="ignore"):
             sound = self._sound(ends, z)
         whole = np.broadcast_to(sound, (*sound.shape[:-1], len(self.quantities)))
-        out: Mask = whole.reshape(*sound.shape[:-2], -1)
-        return out
+        return whole.reshape(*sound.shape[:-2], -1)
 
     def difference(self, s: ArrayLike, s_star: ArrayLike) -> Array:
         """s − s* (..., m), directions in (−π, π], those of an axis in (−π/2, π/2]."""
@@ -129,8 +127,7 @@ class Measures(ABC):
         """Which features are usable, (..., n, q), or (..., n, 1) where they are all alike."""
         image = (np.abs(ends) < _LARGEST).all(axis=(-1, -2))
         depth = ((z > NEAREST) & (z < np.inf)).all(axis=-1)
-        sound: Mask = np.asarray(image & depth)[..., None] & self._exists(ends)
-        return sound
+        return np.asarray(image & depth)[..., None] & self._exists(ends)
 
 
 @cache

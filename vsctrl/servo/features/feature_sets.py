@@ -1,24 +1,27 @@
 """Features that the law may servo on, all computed from the image of the same points.
 
 s is a function of pixels (and of depths in "points-and-depth"), so that images that are equal have
-equal features whatever the law believes of its camera; a wrong focal length enters L alone. The
+equal features whatever the law assumes of its camera; a wrong focal length enters L alone. The
 formulas are in ``kernels``; here they are laid out over the points, and watched where they end: a
-segment without length has no direction. Which depths are believed is left to ``belief``.
+segment without length has no direction. Which depths are
+assumed is left to ``control.depths``.
 
 Lengths are in px, directions in rad. The rank of L says how many degrees of freedom a set controls;
 a set of fewer than six is not refused.
 """
 
 import math
+from collections.abc import Callable
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vsctrl.errors import InputError, nearest
+from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.camera.camera import Camera
-from vsctrl.servo.features.feature_set import Array, Mask, Measures, Places, Quantity, each, sides
+from vsctrl.servo.features.feature_set import Measures, Places, Quantity, each, sides
 from vsctrl.servo.generated import kernels
 
 __all__ = ["MEASURES", "ROUND", "SHORTEST", "Measures", "measures"]
@@ -114,23 +117,24 @@ class Segments(_Sides):
         Quantity("l", "px"),
         Quantity("alpha", "rad", _TURN),
     )
+    _image: ClassVar[Callable[..., Array]] = staticmethod(kernels.segment_image)
+    _L: ClassVar[Callable[..., Array]] = staticmethod(kernels.segment_interaction)
 
     def _of(self, ends: Array, z: Array) -> Array:
         (X_1, Y_1), (X_2, Y_2) = _ends(ends)
-        return kernels.segment_image(X_1, Y_1, X_2, Y_2)
+        return self._image(X_1, Y_1, X_2, Y_2)
 
     def _interaction(self, ends: Array, z: Array) -> Array:
         (x, y, l, alpha), (z_1, z_2) = _columns(self._of(ends, z)), _columns(z)
-        camera = self.camera
-        return kernels.segment_interaction(x, y, l, alpha, z_1, z_2, camera.Fx, camera.Fy)
+        return self._L(x, y, l, alpha, z_1, z_2, self.camera.Fx, self.camera.Fy)
 
     def _exists(self, ends: Array) -> Mask:
         out = np.ones((*ends.shape[:-2], 4), dtype=bool)
-        out[..., 2:] = _long(ends)[..., None]
+        out[..., 2:] = _long(ends)
         return out
 
 
-class NormalisedSegments(_Sides):
+class NormalisedSegments(Segments):
     """(x_c/l, y_c/l, 1/l, α) of the sides of the polygon, see ``Segments``; same ranks.
 
     Of a side that is parallel to the image the first three do not couple the translations: those
@@ -143,18 +147,11 @@ class NormalisedSegments(_Sides):
         Quantity("l_n", "1/px"),
         Quantity("alpha", "rad", _TURN),
     )
-
-    def _of(self, ends: Array, z: Array) -> Array:
-        (X_1, Y_1), (X_2, Y_2) = _ends(ends)
-        return kernels.normalised_segment_image(X_1, Y_1, X_2, Y_2)
-
-    def _interaction(self, ends: Array, z: Array) -> Array:
-        (x, y, l, alpha), (z_1, z_2) = _columns(self._of(ends, z)), _columns(z)
-        Fx, Fy = self.camera.Fx, self.camera.Fy
-        return kernels.normalised_segment_interaction(x, y, l, alpha, z_1, z_2, Fx, Fy)
+    _image = staticmethod(kernels.normalised_segment_image)
+    _L = staticmethod(kernels.normalised_segment_interaction)
 
     def _exists(self, ends: Array) -> Mask:
-        return _long(ends)[..., None]
+        return _long(ends)
 
 
 class Lines(_Sides):
@@ -184,7 +181,7 @@ class Lines(_Sides):
         return kernels.line_interaction(rho, theta, A, B, C, Fx, Fy)
 
     def _exists(self, ends: Array) -> Mask:
-        return _long(ends)[..., None]
+        return _long(ends)
 
 
 class Moments(Measures):
@@ -228,11 +225,11 @@ class Moments(Measures):
         u, v = _columns(ends - centre[..., None, :])
         uu, vv = u * u, v * v
         a, difference, mu_11 = np.array((uu + vv, uu - vv, u * v)).sum(axis=-1)
-        apart = np.sqrt(a) >= SHORTEST
-        out = np.empty((*apart.shape, 6), dtype=bool)
-        out[..., :3] = apart[..., None]
-        out[..., 3:5] = (apart & (self.points > 2))[..., None]
-        out[..., 5] = apart & (np.hypot(difference, 2 * mu_11) >= ROUND * a)
+        spread = np.sqrt(a) >= SHORTEST
+        out = np.empty((*spread.shape, 6), dtype=bool)
+        out[..., :3] = spread[..., None]
+        out[..., 3:5] = (spread & (self.points > 2))[..., None]
+        out[..., 5] = spread & (np.hypot(difference, 2 * mu_11) >= ROUND * a)
         return out
 
 
@@ -307,7 +304,6 @@ def _ends(ends: Array) -> list[list[Array]]:
 
 
 def _long(ends: Array) -> Mask:
-    """Which sides have a direction."""
+    """Which sides have a direction, (..., n, 1)."""
     X, Y = _columns(ends[..., 0, :] - ends[..., 1, :])
-    out: Mask = np.hypot(X, Y) >= SHORTEST
-    return out
+    return np.asarray(np.hypot(X, Y) >= SHORTEST)[..., None]

@@ -3,10 +3,7 @@
 The paper leaves the linkage of elementary trajectories open. Where one constant twist follows
 another the twist jumps, which no robot can follow; a blend leads from one to the other within
 limits of acceleration. Its pose has no closed form (twists of different screws do not commute) and
-is integrated on SE(3) by Magnus steps of order six.
-
-Source: Blanes, Casas, Oteo, Ros, The Magnus expansion and some of its applications (Physics Reports
-2009), section 5.4.
+is integrated on SE(3) (``magnus``).
 """
 
 import math
@@ -15,24 +12,22 @@ from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vsctrl.errors import InputError
-from vsctrl.servo.motion.trajectory import Jump, Trajectory, checked_duration, times, vector
-from vsctrl.servo.pose import bracket, exp, inverse
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array
+from vsctrl.servo.magnus import MOST_STEPS, STEP, integrated, magnus
+from vsctrl.servo.motion.trajectory import Jump, Trajectory
+from vsctrl.servo.pose import exp, inverse
 
-Array = NDArray[np.float64]
 Profile = Literal["linear", "smooth"]
 Blending = Literal["none", "linear", "smooth"]
 
 # Greatest slope of a profile from 0 to 1 over 0..1.
 STEEPEST: dict[Profile, float] = {"linear": 1.0, "smooth": 1.5}
-# Rotation per Magnus step (rad): the error of order seven is then below rounding.
-STEP = 0.05
-MOST_STEPS = 100_000
 # A change of twist below this share of the twists is rounding, not a jump.
 ROUNDING = 1e-12
-_NODES = 0.5 + np.sqrt(0.15) * np.array([-1.0, 0.0, 1.0])  # of Gauss and Legendre, on 0..1
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +50,9 @@ class Blend(Trajectory):
     _poses: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        A, B = vector("A", self.A, 6), vector("B", self.B, 6)
-        checked_duration(self.duration)
-        if self.profile not in STEEPEST:
-            raise InputError(f"profile: {self.profile!r} is no choice; give 'linear' or 'smooth'.")
+        A, B = checks.vector("A", self.A, 6), checks.vector("B", self.B, 6)
+        checks.duration(self.duration)
+        checks.choice("profile", self.profile, tuple(STEEPEST))
         turn = max(np.linalg.norm(A[3:]), np.linalg.norm(B[3:])) * self.duration
         if not turn <= STEP * MOST_STEPS:
             raise InputError(
@@ -66,31 +60,25 @@ class Blend(Trajectory):
                 f"than a blend of {STEP * MOST_STEPS:g} rad can hold; raise the acceleration limit."
             )
         knots = np.linspace(0.0, self.duration, max(2, math.ceil(turn / STEP)) + 1)
-        poses = np.empty((len(knots), 4, 4))
-        poses[0] = self.oTc0
-        steps = exp(magnus(self._inside, knots[:-1], knots[1:]))
-        for k, step in enumerate(steps):
-            poses[k + 1] = poses[k] @ step
+        poses = integrated(self.oTc0, self._inside, knots)
         for name, value in {"A": A, "B": B, "_knots": knots, "_poses": poses}.items():
             object.__setattr__(self, name, value)
 
     def pose(self, t: ArrayLike) -> Array:
         """Pose at the times t: (...,) in s → (..., 4, 4)."""
-        t = times(t)
+        t = checks.times(t)
         inside = np.clip(t, 0.0, self.duration)
         k = np.searchsorted(self._knots, inside, side="right") - 1
-        out: Array = self._poses[k] @ exp(magnus(self._inside, self._knots[k], inside))
-        if (t != inside).any():
-            out = out @ exp((t - inside)[..., None] * self._inside(inside))
-        return out
+        poses = self._poses[k] @ exp(magnus(self._inside, self._knots[k], inside))
+        return self._carried_on(poses, t, inside)
 
     def twist(self, t: ArrayLike) -> Array:
         """Twist at the times t: (...,) in s → (..., 6), (V, Ω) in m/s and rad/s."""
-        return self._inside(np.clip(times(t), 0.0, self.duration))
+        return self._inside(np.clip(checks.times(t), 0.0, self.duration))
 
     def acceleration(self, t: ArrayLike) -> Array:
         """Derivative of the twist: (...,) in s → (..., 6), m/s² and rad/s²."""
-        t = times(t)
+        t = checks.times(t)
         inside = np.clip(t, 0.0, self.duration)
         u = inside / self.duration
         slope = np.ones_like(u) if self.profile == "linear" else 6 * u * (1 - u)
@@ -100,8 +88,7 @@ class Blend(Trajectory):
     def _inside(self, t: Array) -> Array:
         u = (t / self.duration)[..., None]
         share = u if self.profile == "linear" else u * u * (3 - 2 * u)
-        out: Array = self.A + (self.B - self.A) * share
-        return out
+        return self.A + (self.B - self.A) * share
 
 
 class _Segment(NamedTuple):
@@ -140,11 +127,8 @@ class Linked(Trajectory):
     def __post_init__(self) -> None:
         if not self.parts or not all(math.isfinite(part.duration) for part in self.parts):
             raise InputError("parts: give at least one motion, each of finite duration.")
-        if self.blend not in ("none", *STEEPEST):
-            raise InputError(
-                f"blend: {self.blend!r} is no choice; give 'none', 'linear' or 'smooth'."
-            )
-        limits = vector("max_acceleration", self.max_acceleration, 2)
+        checks.choice("blend", self.blend, ("none", *STEEPEST))
+        limits = checks.vector("max_acceleration", self.max_acceleration, 2)
         if not (limits > 0).all():
             raise InputError(
                 f"max_acceleration: {self.max_acceleration} must be above 0; give (m/s², rad/s²)."
@@ -213,7 +197,7 @@ class Linked(Trajectory):
         self, t: ArrayLike, shape: tuple[int, ...], ask: Callable[[_Segment, Array], Array]
     ) -> Array:
         """Ask every segment for the times that are its own."""
-        t = times(t)
+        t = checks.times(t)
         flat = t.ravel()
         starts = np.array([segment.start for segment in self._segments])
         owner = np.clip(np.searchsorted(starts, flat, side="right") - 1, 0, None)
@@ -222,22 +206,6 @@ class Linked(Trajectory):
             mine = owner == k
             out[mine] = ask(self._segments[k], flat[mine] - starts[k])
         return out.reshape(*t.shape, *shape)
-
-
-def magnus(twist: Callable[[Array], Array], t0: Array, t1: Array) -> Array:
-    """Twist whose exponential is the motion from t0 to t1 under ``oTc' = oTc · hat(T(t))``.
-
-    (...,), (...,) in s → (..., 6); error of order seven in the interval, none where the twists of
-    the interval commute.
-    """
-    h = np.asarray(t1 - t0)[..., None]
-    # The expansion is that of Y' = A Y; here Y = oTc⁻¹ and A = −hat(T), and the sign goes back.
-    a, b, c = (-h * twist(t0 + node * (t1 - t0)) for node in _NODES)
-    one, two, three = b, math.sqrt(15) / 3 * (c - a), 10 / 3 * (c - 2 * b + a)
-    inner = bracket(one, two)
-    outer = -bracket(one, 2 * three + inner) / 60
-    out: Array = one + three / 12 + bracket(-20 * one - three + inner, two + outer) / 240
-    return -out
 
 
 def _differ(A: Array, B: Array) -> bool:

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vsctrl.errors import InputError
-from vsctrl.servo.motion.trajectory import Trajectory, times
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array
+from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.pose import adjoint, bracket, exp, inverse, log
 
-Array = NDArray[np.float64]
 Ends = Literal["rest", "free"]
 
 # Between poses that turn by more than this (rad) the way round is a guess.
@@ -63,11 +64,8 @@ class Path(Trajectory):
         h = np.diff(t)[:, None]
         first, last = h * twists[:-1] / 3, h * twists[1:] / 3
         middle = log(exp(-first) @ inverse(poses[:-1]) @ poses[1:] @ exp(-last))
-        frozen = {"t": t, "poses": poses, "twists": twists, "oTc0": poses[0]}
-        frozen["_w"] = np.stack([first, middle, last])
-        for name, value in frozen.items():
-            value.setflags(write=False)
-            object.__setattr__(self, name, value)
+        w = np.stack([first, middle, last])
+        checks.keep(self, t=t, poses=poses, twists=twists, oTc0=poses[0], _w=w)
         object.__setattr__(self, "duration", float(t[-1]))
 
     @classmethod
@@ -78,8 +76,7 @@ class Path(Trajectory):
         pose. At the ends: "rest" (zero), or "free" (the parabola's, ``2 D_0 − T_1``; two poses are
         joined by a constant twist). Arguments and errors as ``Path``.
         """
-        if ends not in ("rest", "free"):
-            raise InputError(f"ends: {ends!r} is no choice; give 'rest' or 'free'.")
+        checks.choice("ends", ends, ("rest", "free"))
         t, poses = _checked(t, poses)
         h = np.diff(t)[:, None]
         D = log(inverse(poses[:-1]) @ poses[1:]) / h
@@ -92,23 +89,23 @@ class Path(Trajectory):
 
     def pose(self, t: ArrayLike) -> Array:
         """Pose at the times t: (...,) in s → (..., 4, 4)."""
-        inside, beyond = self._split(t)
+        t = checks.times(t)
+        inside = np.clip(t, 0.0, self.duration)
         i, _, u = self._piece(inside)
         first, middle, last = self._w[:, i]
         b, _, _ = _basis(u)
-        out: Array = self.poses[i] @ exp(b[0] * first) @ exp(b[1] * middle) @ exp(b[2] * last)
-        if beyond.any():
-            out = out @ exp(beyond[..., None] * self.twist(inside))
-        return out
+        poses = self.poses[i] @ exp(b[0] * first) @ exp(b[1] * middle) @ exp(b[2] * last)
+        return self._carried_on(poses, t, inside)
 
     def twist(self, t: ArrayLike) -> Array:
         """Twist at the times t: (...,) in s → (..., 6), (V, Ω) in m/s and rad/s."""
-        return self._rates(self._split(t)[0])[0]
+        return self._rates(np.clip(checks.times(t), 0.0, self.duration))[0]
 
     def acceleration(self, t: ArrayLike) -> Array:
         """Derivative of the twist: (...,) in s → (..., 6), after a pose where it jumps there."""
-        inside, beyond = self._split(t)
-        return np.where(beyond[..., None] == 0, self._rates(inside)[1], 0.0)
+        t = checks.times(t)
+        inside = np.clip(t, 0.0, self.duration)
+        return np.where((t == inside)[..., None], self._rates(inside)[1], 0.0)
 
     def _rates(self, t: Array) -> tuple[Array, Array]:
         """Twist and its derivative, exponential by exponential:
@@ -125,12 +122,6 @@ class Path(Trajectory):
             dX = ddb[k] / h[..., None] ** 2 * w + _apply(Ad, dX) - bracket(rate, carried)
             X = rate + carried
         return X, dX
-
-    def _split(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Times brought into the interval, and what was cut off (s)."""
-        t = times(t)
-        inside = np.clip(t, 0.0, self.duration)
-        return inside, t - inside
 
     def _piece(self, t: Array) -> _Piece:
         i = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 2)
@@ -150,8 +141,7 @@ def _basis(u: Array) -> tuple[Array, Array, Array]:
 
 
 def _apply(M: Array, x: Array) -> Array:
-    out: Array = np.squeeze(M @ x[..., None], -1)
-    return out
+    return np.squeeze(M @ x[..., None], -1)
 
 
 def _checked(t: ArrayLike, poses: ArrayLike) -> tuple[Array, Array]:

@@ -12,12 +12,14 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vsctrl import timing
 from vsctrl.errors import InputError
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.pose import exp
 
-Array = NDArray[np.float64]
 Waveform = Literal["sine", "triangle"]
 MOST_JUMPS = 1_000_000
 # Rotation per translation (rad/m) beyond which a direction's translation cannot be meant.
@@ -59,10 +61,23 @@ class Trajectory(ABC):
         """Where the twist jumps between start and end, in order of time."""
         return ()
 
+    def twist_at_frames(self, t: ArrayLike) -> Array:
+        """Twist at frames t: (...,) in s → (..., 6); after the jump that a frame is at.
+
+        Times and periods are typed with few digits, and rounding must not choose the side.
+        """
+        return self.twist(timing.after(checks.times(t), np.array([jump.t for jump in self.jumps])))
+
     @property
     def end_twist(self) -> Array:
         """The twist with which the motion ends, (6,): before a jump at that very moment."""
         return self.twist(self.duration)
+
+    def _carried_on(self, poses: Array, t: Array, inside: Array) -> Array:
+        """Poses at the times inside the motion, carried on to t with the twist of its ends."""
+        if (t == inside).all():
+            return poses
+        return poses @ exp((t - inside)[..., None] * self.twist(inside))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,20 +94,19 @@ class ConstantScrew(Trajectory):
     duration: float = math.inf
 
     def __post_init__(self) -> None:
-        checked_duration(self.duration)
+        checks.duration(self.duration)
 
     def pose(self, t: ArrayLike) -> Array:
         """Pose at the times t: (...,) in s → (..., 4, 4)."""
-        out: Array = self.oTc0 @ exp(times(t)[..., None] * self.T)
-        return out
+        return self.oTc0 @ exp(checks.times(t)[..., None] * self.T)
 
     def twist(self, t: ArrayLike) -> Array:
         """Twist at the times t: (...,) in s → (..., 6), (V, Ω) in m/s and rad/s."""
-        return np.broadcast_to(self.T, (*np.shape(times(t)), 6))
+        return np.broadcast_to(self.T, (*np.shape(checks.times(t)), 6))
 
     def acceleration(self, t: ArrayLike) -> Array:
         """Zero: (...,) in s → (..., 6)."""
-        return np.zeros((*np.shape(times(t)), 6))
+        return np.zeros((*np.shape(checks.times(t)), 6))
 
 
 def hold(oTc0: Array, duration: float) -> ConstantScrew:
@@ -105,7 +119,7 @@ def translation(oTc0: Array, V: ArrayLike, duration: float) -> ConstantScrew:
 
     oTc0: (4, 4); V: (3,) in m/s; duration: s. Raises InputError for values out of range.
     """
-    return ConstantScrew(oTc0, np.concatenate([vector("V", V, 3), np.zeros(3)]), duration)
+    return ConstantScrew(oTc0, np.concatenate([checks.vector("V", V, 3), np.zeros(3)]), duration)
 
 
 def rotation(
@@ -118,9 +132,9 @@ def rotation(
     oTc0: (4, 4); axis: (3,), direction of r; arm: (3,), d from the camera to a point of the axis in
     the camera frame, m; speed: ω in rad/s; duration: s. Raises InputError for an axis of no length.
     """
-    r = unit("axis", vector("axis", axis, 3))
-    (omega,) = vector("speed", [speed], 1)
-    V = -omega * np.cross(r, vector("arm", arm, 3))
+    r = checks.unit("axis", checks.vector("axis", axis, 3))
+    (omega,) = checks.vector("speed", [speed], 1)
+    V = -omega * np.cross(r, checks.vector("arm", arm, 3))
     return ConstantScrew(oTc0, np.concatenate([V, omega * r]) + 0.0, duration)
 
 
@@ -144,9 +158,9 @@ class Oscillation(Trajectory):
     waveform: Waveform = "sine"
 
     def __post_init__(self) -> None:
-        D = vector("direction", self.direction, 6)
+        D = checks.vector("direction", self.direction, 6)
         part = D[:3] if D[:3].any() else D[3:]
-        unit("direction", part)
+        checks.unit("direction", part)
         size = np.abs(part).max()
         with np.errstate(over="ignore"):  # refused below
             D = D / size / np.linalg.norm(part / size)
@@ -157,15 +171,12 @@ class Oscillation(Trajectory):
             )
         object.__setattr__(self, "direction", D)
         for name in ("amplitude", "period"):
-            if not 0 < getattr(self, name) < math.inf:
-                raise InputError(
-                    f"{name}: {getattr(self, name)!r} is not a number above 0; give one."
-                )
-        checked_duration(self.duration)
-        if self.waveform not in ("sine", "triangle"):
-            raise InputError(
-                f"waveform: {self.waveform!r} is no waveform; choose 'sine' or 'triangle'."
-            )
+            value = getattr(self, name)
+            checks.require(0 < value < math.inf, name, value, "is not a number above 0; give one.")
+        checks.duration(self.duration)
+        known = self.waveform in ("sine", "triangle")
+        problem = "is no waveform; choose 'sine' or 'triangle'."
+        checks.require(known, "waveform", self.waveform, problem)
 
     def pose(self, t: ArrayLike) -> Array:
         """Pose at the times t: (...,) in s → (..., 4, 4)."""
@@ -175,12 +186,21 @@ class Oscillation(Trajectory):
             w = np.sin(2 * np.pi * x)
         else:
             w = np.where(x < 0.25, 4 * x, np.where(x < 0.75, 2 - 4 * x, 4 * x - 4))
-        out: Array = self.oTc0 @ exp((self.amplitude * w)[..., None] * self.direction)
-        return out
+        return self.oTc0 @ exp((self.amplitude * w)[..., None] * self.direction)
 
     def twist(self, t: ArrayLike) -> Array:
         """Twist at the times t: (...,) in s → (..., 6), (V, Ω) in m/s and rad/s."""
-        x = self._phase(t)
+        return self._moving(self._phase(t))
+
+    def twist_at_frames(self, t: ArrayLike) -> Array:
+        """Twist at frames t: (...,) in s → (..., 6); after the turn that a frame is at."""
+        if self.waveform == "sine":
+            return self.twist(t)
+        quarters = timing.to_whole(4 * checks.times(t) / self.period)  # turns are at 1, 3, 5, …
+        return self._moving(quarters % 4 / 4)
+
+    def _moving(self, x: Array) -> Array:
+        """Twist at the phases x: (...,) of a cycle → (..., 6)."""
         if self.waveform == "sine":
             slope = 2 * np.pi * np.cos(2 * np.pi * x)
         else:
@@ -217,47 +237,16 @@ class Oscillation(Trajectory):
         if self.waveform == "sine":
             return self.twist(self.duration)
         speed = 4 * self.amplitude / self.period
-        out: Array = (-speed if self._turns % 2 else speed) * self.direction
-        return out
+        return (-speed if self._turns % 2 else speed) * self.direction
 
     @property
     def _turns(self) -> float:
-        """Turning points before the end; one at the very end, within rounding, does not count."""
-        return max(0.0, float(np.ceil(2 * self.duration / self.period - 0.5 - 1e-9)))
+        """Turning points before the end; one at the very end, by `timing.whole`, is none."""
+        if not math.isfinite(4 * self.duration / self.period):
+            return math.inf
+        quarters = timing.in_periods(4 * self.duration, self.period)
+        return float(max(0, math.ceil((quarters - 1) / 2)))
 
     def _phase(self, t: ArrayLike) -> Array:
-        x = times(t) / self.period
-        out: Array = x - np.floor(x)
-        return out
-
-
-def times(t: ArrayLike) -> Array:
-    """Times as an array. Raises InputError for one that is not finite."""
-    out = np.asarray(t, dtype=np.float64)
-    if not np.isfinite(out).all():
-        raise InputError("t: one of the times is not a finite number; give seconds.")
-    return out
-
-
-def vector(name: str, value: ArrayLike, length: int) -> Array:
-    """A vector of finite numbers. Raises InputError that names it."""
-    out = np.asarray(value, dtype=np.float64)
-    if out.shape != (length,) or not np.isfinite(out).all():
-        raise InputError(f"{name}: {value!r} is not a list of finite numbers; give {length}.")
-    return out
-
-
-def unit(name: str, value: Array) -> Array:
-    """The vector at length 1. Raises InputError where it has no length."""
-    size = np.abs(value).max()
-    if not size > 0:
-        raise InputError(f"{name}: a direction of length 0 points nowhere; give one entry a value.")
-    scaled = value / size  # so that the square of a tiny entry does not vanish
-    out: Array = scaled / np.linalg.norm(scaled)
-    return out
-
-
-def checked_duration(duration: float) -> None:
-    """Raises InputError for a duration that is not above 0 (infinite is allowed)."""
-    if not duration > 0:
-        raise InputError(f"duration: {duration!r} s is not above 0; give a positive number.")
+        x = checks.times(t) / self.period
+        return x - np.floor(x)

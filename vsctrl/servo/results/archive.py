@@ -20,47 +20,37 @@ from typing import Any, NoReturn, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl import files
 from vsctrl.errors import InputError
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.camera.camera import Camera
-from vsctrl.servo.faults import SEEN
 from vsctrl.servo.features.feature_sets import measures
 from vsctrl.servo.results.columns import COLUMNS, Column, sizes
-from vsctrl.servo.results.run import Event, Kind, Run, Status
-from vsctrl.servo.scenario import Scenario, toml
+from vsctrl.servo.results.frames import Frames
+from vsctrl.servo.results.status import SEEN, Event, Kind, Status
+from vsctrl.servo.scenario import Scenario
 from vsctrl.servo.scenario.fields import FieldsError
 
-R = TypeVar("R", bound=Run)
+R = TypeVar("R", bound=Frames)
 
 FORMAT, VERSION = "vsctrl-run", 1
 # The oldest date that a zip archive can tell: the time of writing is no part of a run.
 _NEVER = (1980, 1, 1, 0, 0, 0)
 _AGAIN = "simulate the scenario again and save that"
-# Products of rotations, frame by frame, stay nearer to a rotation than this.
-RIGID = 1e-6
 
 
-def save(run: Run, path: Path) -> None:
+def save(run: Frames, path: Path) -> None:
     """Write a run to exactly this path, all of it or nothing. Raises InputError if impossible."""
-    toml.write(path, pack(run), "run")
+    files.write(path, pack(run), "run")
 
 
 def load(cls: type[R], path: Path) -> R:
     """Run, of class cls, from a file. Raises InputError, a sentence that begins with the path."""
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        problem = "there is no such file; check the path"
-    except IsADirectoryError:
-        problem = "this is a directory; name a file in it"
-    except (OSError, ValueError) as error:
-        reason = (isinstance(error, OSError) and error.strerror) or error
-        problem = f"the file cannot be read ({reason}); check the path and its permissions"
-    else:
-        return unpack(cls, data, str(path))
-    raise InputError(f"{path}: {problem}.")
+    return unpack(cls, files.read_bytes(path), str(path))
 
 
-def pack(run: Run) -> bytes:
+def pack(run: Frames) -> bytes:
     """The bytes of a run's file; the same for equal runs."""
     texts = {
         "format": f"{FORMAT}/{VERSION}",
@@ -189,16 +179,12 @@ class _File:
                 f'"{status.kind}" at frame {status.frame}; {_AGAIN}'
             )
 
-    def check_rigid(self, name: str, poses: NDArray[np.float64]) -> None:
-        R, last = poses[:, :3, :3], poses[:, 3] - (0.0, 0.0, 0.0, 1.0)
-        with np.errstate(all="ignore"):
-            off = np.abs(R.swapaxes(1, 2) @ R - np.eye(3)).max(axis=(1, 2))
-            off = np.maximum(off, np.abs(last).max(axis=1))
-            wrong = ~(off <= RIGID) | ~(np.linalg.det(R) > 0)
+    def check_rigid(self, name: str, poses: Array) -> None:
+        wrong = ~checks.is_rigid(poses)
         if wrong.any():
             self.refuse(f"{name}: at frame {np.argmax(wrong)} this is no rigid motion; {_AGAIN}")
 
-    def check_depths(self, depths: NDArray[np.float64], visible: NDArray[np.bool_]) -> None:
+    def check_depths(self, depths: Array, visible: Mask) -> None:
         wrong = visible & ~(depths > 0)
         if wrong.any():
             frame, point = np.argwhere(wrong)[0]

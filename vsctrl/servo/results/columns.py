@@ -1,6 +1,6 @@
 """What the arrays of a run are: the dimensions, the unit and the meaning of each, in one table.
 
-Files and datasets of runs are made and checked by it. The arrays themselves are in ``run``.
+Files and datasets of runs are made and checked by it. The arrays themselves are in ``frames``.
 """
 
 from typing import NamedTuple

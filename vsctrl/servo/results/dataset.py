@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 from vsctrl.errors import InputError
 from vsctrl.servo.results.columns import COLUMNS, TWIST, feature_names, measured_in_pixels, sizes
+from vsctrl.servo.results.frames import Frames
 
 if TYPE_CHECKING:
     import xarray
 
-    from vsctrl.servo.results.run import Run
 
-
-def dataset(run: Run) -> xarray.Dataset:
+def dataset(run: Frames) -> xarray.Dataset:
     """Every array of a run with named dimensions, units and meanings.
 
     Raises InputError when xarray is not installed.

@@ -10,17 +10,13 @@ from __future__ import annotations
 
 import math
 from html import escape
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.results.columns import measured_in_pixels
-
-if TYPE_CHECKING:
-    from vsctrl.servo.results.run import Run
-
-Array = NDArray[np.float64]
+from vsctrl.servo.results.frames import Frames
 
 TRUE, SEEN, GREY = "#1b9e77", "#d95f02", "#8a8f98"
 WIDTH, HEIGHT = 720, 292
@@ -50,7 +46,7 @@ class _Frame(NamedTuple):
         )
 
 
-def sketch(run: Run) -> str:
+def sketch(run: Frames) -> str:
     """The picture as an SVG element: left the image plane, right the norm of the error."""
     words = f"Run of {run.scenario.name}: paths of the points in the image, and error over time"
     return (
@@ -61,7 +57,7 @@ def sketch(run: Run) -> str:
     )
 
 
-def _image(run: Run) -> str:
+def _image(run: Frames) -> str:
     points = min(run.depths.shape[1], MOST_POINTS)
     shown, goal = (e[:, : 2 * points].reshape(-1, points, 2) for e in (run.features, run.reference))
     seen = run.visible[:, :points]
@@ -82,9 +78,9 @@ def _image(run: Run) -> str:
         parts.append(_line(x, y, GREY, _DASHED))
     for k, fill in ((0, "none"), (-1, TRUE)):
         x, y = frame.to(*shown[k, seen[k]].T)
-        parts += [_dot(*at, fill) for at in zip(x, y, strict=True)]
+        parts += [_dot(*place, fill) for place in zip(x, y, strict=True)]
     x, y = frame.to(*goal[-1].T)
-    parts += [_cross(*at) for at in zip(x, y, strict=True)]
+    parts += [_cross(*place) for place in zip(x, y, strict=True)]
     more = run.depths.shape[1] - points
     title = "image plane, px" + (f" ({points} of {points + more} points)" if more else "")
     legend = [("path", TRUE, ""), ("reference", GREY, _DASHED)]
@@ -93,7 +89,7 @@ def _image(run: Run) -> str:
     return _panel(frame, "".join(parts), title, legend, (5, 5)) + below
 
 
-def _around(shown: Array, goal: Array, seen: NDArray[np.bool_], size: object) -> _Frame:
+def _around(shown: Array, goal: Array, seen: Mask, size: object) -> _Frame:
     """The frame of the image plane, y downwards, equal scales: the camera's image or all paths."""
     box = (46.0, 26.0, 250.0, 220.0)
     if isinstance(size, tuple):
@@ -107,7 +103,7 @@ def _around(shown: Array, goal: Array, seen: NDArray[np.bool_], size: object) ->
     return _Frame(*box, middle[0] - x, middle[0] + x, middle[1] + y, middle[1] - y)
 
 
-def _errors(run: Run) -> str:
+def _errors(run: Frames) -> str:
     curves = [("true", TRUE, "", np.linalg.norm(run.error, axis=1))]
     if measured_in_pixels(run.scenario):
         seen = np.linalg.norm(run.measured_error, axis=1)
@@ -119,8 +115,7 @@ def _errors(run: Run) -> str:
     )
     parts = []
     for _, colour, style, values in curves:
-        t, found = _extremes(run.t, values)
-        parts.append(_line(*frame.to(t, found), colour, style))
+        parts.append(_line(*frame.to(*_extremes(run.t, values)), colour, style))
     legend = [(f"{name}", colour, style) for name, colour, style, _ in curves]
     return _panel(frame, "".join(parts), "norm of the error, px, over t, s", legend, (6, 5))
 
@@ -143,12 +138,12 @@ def _panel(
     """A title with a legend, axes with their numbers, and the content cut off at the frame."""
     left, top, width, height, a, b, c, d = frame
     out = [f'<g transform="translate({left:g} {top:g})">', _text(0, -10, title, "start")]
-    at = width
+    x = width
     for name, colour, style in reversed(legend):
-        at -= 7.0 * len(name)
-        out.append(_text(at, -10, name, "start"))
-        out.append(f'<path d="M{at - 22:.1f} -14h17" stroke="{colour}"{style}/>')
-        at -= 34
+        x -= 7.0 * len(name)
+        out.append(_text(x, -10, name, "start"))
+        out.append(f'<path d="M{x - 22:.1f} -14h17" stroke="{colour}"{style}/>')
+        x -= 34
     grid, labels = [], []
     for value, text in _ticks(a, b, ticks[0]):
         x = (value - a) / (b - a) * width
@@ -195,10 +190,10 @@ def _line(x: Array, y: Array, colour: str, style: str = "") -> str:
 
 
 def _dot(x: float, y: float, fill: str) -> str:
-    x, y = float(np.clip(x, -9999, 9999)), float(np.clip(y, -9999, 9999))
+    x, y = np.clip((x, y), -9999, 9999).tolist()
     return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" stroke="{TRUE}" fill="{fill}"/>'
 
 
 def _cross(x: float, y: float) -> str:
-    x, y = float(np.clip(x, -9999, 9999)), float(np.clip(y, -9999, 9999))
+    x, y = np.clip((x, y), -9999, 9999).tolist()
     return f'<path d="M{x - 4:.1f} {y - 4:.1f}l8 8m0 -8l-8 8" stroke="currentColor"/>'

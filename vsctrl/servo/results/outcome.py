@@ -8,14 +8,14 @@ from importlib import metadata
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.results.columns import measured_in_pixels
-from vsctrl.servo.results.run import Event, Run, Status
+from vsctrl.servo.results.frames import Frames
+from vsctrl.servo.results.status import Event, Status
 from vsctrl.servo.robot.gantry import Gantry
-
-Array = NDArray[np.float64]
+from vsctrl.tables import Printed
 
 SCHEMA = "vsctrl-simulate/1"
 # Less than this is rounding to a reader, in mm, mrad, px and their speeds alike.
@@ -29,7 +29,7 @@ LAST = 0.25
 UNSTEADY = "The distance from the reference is still growing at the end."
 
 
-class Course(NamedTuple):
+class EndAndMean(NamedTuple):
     """A quantity at the last frame, and in the last quarter of a completed run.
 
     final; mean ± half_range: over that quarter, which is steady where half_range is small; None
@@ -51,8 +51,8 @@ class Reach(NamedTuple):
     wrist: float
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
+@dataclass(frozen=True, slots=True, repr=False)
+class Outcome(Printed):
     """Summary of a run.
 
     along: lag along the motion, m, None for a reference that does not translate; distance: of the
@@ -70,11 +70,11 @@ class Outcome:
     events: tuple[Event, ...]
     frames: int
     end: float
-    along: Course | None
-    distance: Course
-    angle: Course
-    true_error: Course
-    measured_error: Course
+    along: EndAndMean | None
+    distance: EndAndMean
+    angle: EndAndMean
+    true_error: EndAndMean
+    measured_error: EndAndMean
     measured_unit: str
     speed: tuple[float, float]
     rate: tuple[float, float]
@@ -86,8 +86,8 @@ class Outcome:
     def data(self) -> dict[str, Any]:
         """The same as JSON takes it; every name ends in its unit."""
 
-        def course(found: Course | None) -> dict[str, float | None] | None:
-            return None if found is None else found._asdict()
+        def numbers(value: EndAndMean | None) -> dict[str, float | None] | None:
+            return None if value is None else value._asdict()
 
         return {
             "schema": SCHEMA,
@@ -97,11 +97,11 @@ class Outcome:
             "events": [asdict(event) for event in self.events],
             "frames": self.frames,
             "end_s": self.end,
-            "lag_along_motion_m": course(self.along),
-            "distance_m": course(self.distance),
-            "angle_rad": course(self.angle),
-            "true_error_px": course(self.true_error),
-            "measured_error": course(self.measured_error),
+            "lag_along_motion_m": numbers(self.along),
+            "distance_m": numbers(self.distance),
+            "angle_rad": numbers(self.angle),
+            "true_error_px": numbers(self.true_error),
+            "measured_error": numbers(self.measured_error),
             "measured_error_unit": self.measured_unit,
             "peak_speed_m_s": self.speed[0],
             "peak_speed_at_s": self.speed[1],
@@ -112,10 +112,6 @@ class Outcome:
             "joints": None if self.reach is None else self.reach._asdict(),
             "settled": self.settled,
         }
-
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
 
     def __str__(self) -> str:
         """A table to print."""
@@ -134,16 +130,16 @@ class Outcome:
             "",
             f"{'':<28}{'at the end':>14}    last quarter",
         ]
-        for label, found, scale, unit, signed in rows:
-            if found is None:
+        for label, ends, scale, unit, signed in rows:
+            if ends is None:
                 lines.append(f"{label:<28}{'-':>14}    the reference does not translate")
                 continue
             last = ""
-            if found.mean is not None and found.half_range is not None:
-                spread = number(scale * found.half_range)
-                last = f"{number(scale * found.mean, signed)} ± {spread} {unit}"
-            final = f"{number(scale * found.final, signed)} {unit}"
-            words = f"({side(1e3 * found.final)})" if signed and side(1e3 * found.final) else ""
+            if ends.mean is not None and ends.half_range is not None:
+                spread = number(scale * ends.half_range)
+                last = f"{number(scale * ends.mean, signed)} ± {spread} {unit}"
+            final = f"{number(scale * ends.final, signed)} {unit}"
+            words = f"({side(1e3 * ends.final)})" if signed and side(1e3 * ends.final) else ""
             lines.append(f"{label:<28}{final:>14}    {last:<24}{words}".rstrip())
         for label, (value, t), scale, unit in (
             ("greatest speed", self.speed, 1e3, "mm/s"),
@@ -164,11 +160,11 @@ class Outcome:
         return "\n".join(lines)
 
 
-def outcome(run: Run) -> Outcome:
+def outcome(run: Frames) -> Outcome:
     """The summary of a run."""
     speed, rate = (np.linalg.norm(run.twist[:, part], axis=1) for part in (_V, _OMEGA))
     try:
-        along = _course(run, run.lag_along_motion)
+        along = _end_and_mean(run, run.lag_along_motion)
     except InputError:
         along = None
     return Outcome(
@@ -179,10 +175,10 @@ def outcome(run: Run) -> Outcome:
         frames=len(run.t),
         end=float(run.t[-1]),
         along=along,
-        distance=_course(run, distance(run)),
-        angle=_course(run, np.linalg.norm(run.lag[:, _OMEGA], axis=1)),
-        true_error=_course(run, np.linalg.norm(run.error, axis=1)),
-        measured_error=_course(run, np.linalg.norm(run.measured_error, axis=1)),
+        distance=_end_and_mean(run, distance(run)),
+        angle=_end_and_mean(run, np.linalg.norm(run.lag[:, _OMEGA], axis=1)),
+        true_error=_end_and_mean(run, np.linalg.norm(run.error, axis=1)),
+        measured_error=_end_and_mean(run, np.linalg.norm(run.measured_error, axis=1)),
         measured_unit="px" if measured_in_pixels(run.scenario) else "(own units)",
         speed=_peak(run, speed),
         rate=_peak(run, rate),
@@ -196,27 +192,28 @@ def outcome(run: Run) -> Outcome:
 _V, _OMEGA = slice(0, 3), slice(3, 6)
 
 
-def distance(run: Run) -> Array:
+def distance(run: Frames) -> Array:
     """Distance of the camera from its reference, (n,) in m."""
-    out: Array = np.linalg.norm(run.pose[:, :3, 3] - run.reference_pose[:, :3, 3], axis=1)
-    return out
+    return np.linalg.norm(run.pose[:, :3, 3] - run.reference_pose[:, :3, 3], axis=1)
 
 
-def notice(found: Outcome) -> str:
+def notice(summary: Outcome) -> str:
     """One to three sentences on what a reader of the run's figure should see."""
-    if not found.status.ok:
-        return found.status.sentence
-    parts = [] if found.settled else [UNSTEADY]
-    if found.along is None:
-        parts.append(f"The camera ends {number(1e3 * found.distance.final)} mm from its reference.")
-    elif not side(1e3 * found.along.final):
+    if not summary.status.ok:
+        return summary.status.sentence
+    parts = [] if summary.settled else [UNSTEADY]
+    if summary.along is None:
+        parts.append(
+            f"The camera ends {number(1e3 * summary.distance.final)} mm from its reference."
+        )
+    elif not side(1e3 * summary.along.final):
         parts.append("The camera ends level with its reference along the motion.")
     else:
-        lag = 1e3 * found.along.final
+        lag = 1e3 * summary.along.final
         where = {"ahead": "ahead of", "behind": "behind"}[side(lag)]
         parts.append(f"The camera ends {number(abs(lag))} mm {where} its reference.")
-    true, seen = found.true_error.final, found.measured_error.final
-    if found.measured_unit != "px":
+    true, seen = summary.true_error.final, summary.measured_error.final
+    if summary.measured_unit != "px":
         parts.append(f"The true image error is then {number(true)} px.")
     else:
         only = "only " if true > 2 * seen + NOTHING else ""
@@ -224,8 +221,10 @@ def notice(found: Outcome) -> str:
             f"The true image error is then {number(true)} px; the law was shown {only}"
             f"{number(seen)} px."
         )
-    if found.visible < found.points:
-        parts.append(f"At the least {found.visible} of {found.points} points were in the image.")
+    if summary.visible < summary.points:
+        parts.append(
+            f"At the least {summary.visible} of {summary.points} points were in the image."
+        )
     return " ".join(parts)
 
 
@@ -244,22 +243,21 @@ def side(lag: float) -> str:
     return "" if abs(lag) < NOTHING else "ahead" if lag > 0 else "behind"
 
 
-def _reach(run: Run) -> Reach | None:
+def _reach(run: Frames) -> Reach | None:
     if run.joints is None:
         return None
     gantry = Gantry()
-    middle, half = (gantry.upper + gantry.lower) / 2, (gantry.upper - gantry.lower) / 2
-    share = np.abs(run.joints - middle) / half
+    share = gantry.range_share(run.joints)
     k, joint = np.unravel_index(np.argmax(share), share.shape)
     wrist = float(gantry.singularity(run.joints).min())
     return Reach(int(joint) + 1, float(share[k, joint]), float(run.t[k]), wrist)
 
 
-def _settled(away: Array) -> bool:
-    n = max(1, round(LAST * len(away)))
-    if 2 * n > len(away):
+def _settled(distances: Array) -> bool:
+    n = max(1, round(LAST * len(distances)))
+    if 2 * n > len(distances):
         return True
-    before, quarter, last = away[:-n], away[-2 * n : -n], away[-n:]
+    before, quarter, last = distances[:-n], distances[-2 * n : -n], distances[-n:]
     # The peak of what comes and goes was there before; that of noise is no greater on the whole.
     beyond = float(last.max()) > (1 + GROWTH) * float(before.max())
     grown = float(np.sum(last**2)) > (1 + GROWTH) ** 2 * float(np.sum(quarter**2))
@@ -267,15 +265,15 @@ def _settled(away: Array) -> bool:
     return not (beyond and grown and more)
 
 
-def _course(run: Run, values: Array) -> Course:
+def _end_and_mean(run: Frames, values: Array) -> EndAndMean:
     final = float(values[-1])
     if not run.status.ok:
-        return Course(final, None, None)
+        return EndAndMean(final, None, None)
     last = values[-max(1, round(LAST * len(values))) :]
     low, high = float(last.min()), float(last.max())
-    return Course(final, float(last.mean()), (high - low) / 2)
+    return EndAndMean(final, float(last.mean()), (high - low) / 2)
 
 
-def _peak(run: Run, values: Array) -> tuple[float, float]:
+def _peak(run: Frames, values: Array) -> tuple[float, float]:
     k = int(np.argmax(values))
     return float(values[k]), float(run.t[k])

@@ -1,12 +1,12 @@
 """How the axes follow a wanted twist: with bounded acceleration, then with a first-order lag.
 
-Both are solved in closed form, so that a frame is a few pieces of ``T(t)``, each
+Both are solved in closed form, so that a frame is a few segments of ``T(t)``, each
 
     T(t) = T₀ + (B − T₀) g(t) + S (t − τ g(t)),   g(t) = 1 − e^{−t/τ}
 
 the answer of ``T' = (B + S t − T)/τ`` to the ramp ``B + S t`` (g = 1, τ = 0 without lag, and S = 0
-where nothing is limited). The pose under such a piece has no closed form unless the twist keeps its
-screw, and is integrated by Magnus steps of order six.
+where nothing is limited). The pose under such a segment has no closed form unless the twist keeps
+its screw, and is integrated by Magnus steps of order six.
 """
 
 import math
@@ -15,13 +15,11 @@ from itertools import pairwise
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vsctrl.servo.motion.linked import MOST_STEPS, STEP, magnus
+from vsctrl.servo.arrays import Array
+from vsctrl.servo.magnus import MOST_STEPS, NODE, STEP, integrated, magnus_one
 from vsctrl.servo.pose import exp, exp_one
 from vsctrl.servo.robot.capability import Capability
-
-Array = NDArray[np.float64]
 
 # Magnus steps per time constant, n: three Gauss nodes then integrate e^{−t/τ} to n⁻⁷/2·10⁶ of the
 # change of the twist times τ, for n = 8 to 3e-13 of it. Less where that is a hundredth of the
@@ -37,11 +35,9 @@ NOTHING = 1e-30
 IN_TIME = 1e-9
 # Up to so many exponentials, and Magnus steps, plain arithmetic is the faster one.
 FEW, FEW_STEPS = 16, 40
-# Nodes of Gauss and Legendre, ½ and ½ ± this on 0..1, and what makes a derivative of two values.
-_NODE, _FIRST = math.sqrt(0.15), math.sqrt(15) / 3
 
 
-class Piece(NamedTuple):
+class TwistSegment(NamedTuple):
     """A twist over ``span`` seconds: from ``start`` after the ramp ``aim + slope t`` (see above).
 
     span, tau: s; start, aim: (6,) in m/s and rad/s; slope: (6,) per s.
@@ -64,7 +60,7 @@ class Piece(NamedTuple):
         return self.start is self.aim and not self.slope.any()
 
     def twist(self, t: Array) -> Array:
-        """Twist at the times t from the start of the piece: (...,) in s → (..., 6)."""
+        """Twist at the times t from the start of the segment: (...,) in s → (..., 6)."""
         t = np.asarray(t)[..., None]
         if not self.tau:
             out: Array = self.aim + self.slope * t
@@ -74,19 +70,19 @@ class Piece(NamedTuple):
         return out
 
     def integral(self) -> Array:
-        """∫ T dt over the piece, (6,) in m and rad."""
+        """∫ T dt over the segment, (6,) in m and rad."""
         h, tau = self.span, self.tau
         if self.is_constant:
             return h * self.start
-        left = tau * -math.expm1(-h / tau) if tau else 0.0  # ∫ e^{−t/τ} dt
+        decay = tau * -math.expm1(-h / tau) if tau else 0.0  # ∫ e^{−t/τ} dt
         return (
             h * self.start
-            + (h - left) * (self.aim - self.start)
-            + (h * h / 2 - tau * (h - left)) * self.slope
+            + (h - decay) * (self.aim - self.start)
+            + (h * h / 2 - tau * (h - decay)) * self.slope
         )
 
     def scaled(self, share: float) -> Self:
-        """The piece with ``share`` times its twist: direction and time kept."""
+        """The segment with ``share`` times its twist: direction and time kept."""
         if self.start is self.aim:
             T = share * self.start
             return self._replace(start=T, aim=T, slope=share * self.slope)
@@ -95,25 +91,23 @@ class Piece(NamedTuple):
         )
 
     def motions(self, t: Array) -> Array:
-        """Motions from the start of the piece to the times t: (n,) in s → (n, 4, 4)."""
+        """Motions from the start of the segment to the times t: (n,) in s → (n, 4, 4)."""
         if self.is_constant:
             steps = t[:, None] * self.start
             return exp(steps) if len(t) > FEW else np.array([exp_one(T) for T in steps.tolist()])
         asked: list[float] = t.tolist()
         times = sorted({*self._knots(max(asked)), *asked})
         if len(times) <= FEW_STEPS:
-            at, pose = {times[0]: np.eye(4)}, np.eye(4)
+            reached, pose = {times[0]: np.eye(4)}, np.eye(4)
             parts = [part.tolist() for part in (self.start, self.aim - self.start, self.slope)]
             for before, now in pairwise(times):
-                at[now] = pose = pose @ exp_one(_step(parts, self.tau, before, now))
-            return np.array([at[moment] for moment in asked])
+                reached[now] = pose = pose @ exp_one(
+                    magnus_one(*_nodes(parts, self.tau, before, now))
+                )
+            return np.array([reached[moment] for moment in asked])
         knots = np.array(times)
-        poses = np.empty((len(knots), 4, 4))
-        poses[0] = np.eye(4)
-        for k, step in enumerate(exp(magnus(self.twist, knots[:-1], knots[1:]))):
-            poses[k + 1] = poses[k] @ step
-        out: Array = poses[np.searchsorted(knots, t)]
-        return out
+        poses = integrated(np.eye(4), self.twist, knots)
+        return poses[np.searchsorted(knots, t)]
 
     def _knots(self, end: float) -> list[float]:
         """Times between which one Magnus step is exact to rounding, from 0 to the end, s."""
@@ -132,25 +126,15 @@ class Piece(NamedTuple):
         return [*_even(end, turning), *_even(swing, lagging)]
 
 
-def _step(parts: Sequence[Sequence[float]], tau: float, t0: float, t1: float) -> list[float]:
-    """As ``magnus`` of a piece with ``(T₀, B − T₀, S)``, in plain arithmetic: (v, ω) in m, rad."""
+def _nodes(
+    parts: Sequence[Sequence[float]], tau: float, t0: float, t1: float
+) -> Iterator[list[float]]:
+    """−h T at the nodes of a step from t0 to t1, of a segment with ``(T₀, B − T₀, S)``: (6,)."""
     h, middle = t1 - t0, (t0 + t1) / 2
-    nodes = []
-    for t in (middle - _NODE * h, middle, middle + _NODE * h):
+    for t in (middle - NODE * h, middle, middle + NODE * h):
         g = -math.expm1(-t / tau) if tau else 1.0
-        late = t - tau * g
-        nodes.append([-h * (x + y * g + z * late) for x, y, z in zip(*parts, strict=True)])
-    a, b, c = nodes
-    # −h T in the middle and its derivatives there.
-    two = [_FIRST * (z - x) for x, z in zip(a, c, strict=True)]
-    three = [10 / 3 * (z - 2 * y + x) for x, y, z in zip(a, b, c, strict=True)]
-    inner = _bracket(b, two)
-    outer = _bracket(b, [2 * x + y for x, y in zip(three, inner, strict=True)])
-    last = _bracket(
-        [-20 * x - y + z for x, y, z in zip(b, three, inner, strict=True)],
-        [x - y / 60 for x, y in zip(two, outer, strict=True)],
-    )
-    return [-(x + y / 12 + z / 240) for x, y, z in zip(b, three, last, strict=True)]
+        ramp = t - tau * g
+        yield [-h * (x + y * g + z * ramp) for x, y, z in zip(*parts, strict=True)]
 
 
 def _even(end: float, steps: int) -> list[float]:
@@ -158,37 +142,23 @@ def _even(end: float, steps: int) -> list[float]:
     return [*(end * k / steps for k in range(steps)), end]
 
 
-def _bracket(A: Sequence[float], B: Sequence[float]) -> list[float]:
-    """As ``pose.bracket``, for two twists in plain arithmetic."""
-    ax, ay, az, ap, aq, ar = A
-    bx, by, bz, bp, bq, br = B
-    return [
-        aq * bz - ar * by + ay * br - az * bq,
-        ar * bx - ap * bz + az * bp - ax * br,
-        ap * by - aq * bx + ax * bq - ay * bp,
-        aq * br - ar * bq,
-        ar * bp - ap * br,
-        ap * bq - aq * bp,
-    ]
+def along(segments: Sequence[TwistSegment], t: Array) -> Array:
+    """Motions from the start of the segments, one after another, to times in order.
 
-
-def along(pieces: Sequence[Piece], t: Array) -> Array:
-    """Motions from the start of the pieces, one after another, to times in order.
-
-    t: (n,) in s, not beyond the last piece by more than rounding. Returns (n, 4, 4).
+    t: (n,) in s, not beyond the last segment by more than rounding. Returns (n, 4, 4).
     """
-    if len(pieces) == 1:
-        return pieces[0].motions(t)
+    if len(segments) == 1:
+        return segments[0].motions(t)
     out = np.empty((len(t), 4, 4))
     begin, done = 0.0, np.eye(4)
-    for number, piece in enumerate(pieces, 1):
+    for number, segment in enumerate(segments, 1):
         mine = t >= begin
-        if number < len(pieces):
-            mine &= t < begin + piece.span
-        motions = piece.motions(np.append(t[mine] - begin, piece.span))
+        if number < len(segments):
+            mine &= t < begin + segment.span
+        motions = segment.motions(np.append(t[mine] - begin, segment.span))
         out[mine] = done @ motions[:-1]
         done = done @ motions[-1]
-        begin += piece.span
+        begin += segment.span
     return out
 
 
@@ -202,21 +172,21 @@ class Axes:
     """
 
     def __init__(self, capability: Capability) -> None:
-        self._a, self._alpha = capability.accelerations
+        self._a, self._alpha = capability.twist_accelerations
         self._tau = capability.time_constant or 0.0
         self._aim = np.zeros(6)  # behind the limit of acceleration, before the lag
         self._twist = np.zeros(6)
         self.short = False
 
-    def follow(self, wanted: Sequence[tuple[float, Array]]) -> list[Piece]:
-        """Pieces that answer wanted twists, each (6,) in m/s and rad/s over its span in s."""
+    def follow(self, wanted: Sequence[tuple[float, Array]]) -> list[TwistSegment]:
+        """Segments that answer wanted twists, each (6,) in m/s and rad/s over its span in s."""
         return [self._lagging(ramp) for span, T in wanted if span for ramp in self._ramps(span, T)]
 
     def brake(self, share: float) -> None:
         """Take up again from ``share`` times the twist: something stronger held the camera."""
         self._aim, self._twist = share * self._aim, share * self._twist
 
-    def _ramps(self, span: float, wanted: Array) -> Iterator[Piece]:
+    def _ramps(self, span: float, wanted: Array) -> Iterator[TwistSegment]:
         """Straight towards the wanted twist: ``T' = (B − A)/max(|ΔV|/a, |ΔΩ|/α)``, then B."""
         change = wanted - self._aim
         V, Omega = math.hypot(*change[:3].tolist()), math.hypot(*change[3:].tolist())
@@ -225,22 +195,22 @@ class Axes:
         if needed > 0:
             slope = change / needed
             end = wanted if needed <= span else self._aim + span * slope
-            yield Piece(min(span, needed), self._aim, self._aim, slope)
+            yield TwistSegment(min(span, needed), self._aim, self._aim, slope)
             self._aim = end
         else:
             self._aim = wanted
         if needed < span:
-            yield Piece.constant(span - needed, wanted)
+            yield TwistSegment.constant(span - needed, wanted)
 
-    def _lagging(self, ramp: Piece) -> Piece:
+    def _lagging(self, ramp: TwistSegment) -> TwistSegment:
         """The answer of the axes to a ramp, from the twist that they have."""
         if not self._tau:
             self._twist = self._aim
             return ramp
-        apart, size = np.abs(ramp.aim - self._twist).max(), np.abs(ramp.aim).max()
-        if not ramp.slope.any() and apart <= max(ENDED * size, NOTHING):
+        difference, size = np.abs(ramp.aim - self._twist).max(), np.abs(ramp.aim).max()
+        if not ramp.slope.any() and difference <= max(ENDED * size, NOTHING):
             self._twist = ramp.aim
             return ramp
-        piece = ramp._replace(start=self._twist, tau=self._tau)
-        self._twist = piece.twist(np.array(ramp.span))
-        return piece
+        segment = ramp._replace(start=self._twist, tau=self._tau)
+        self._twist = segment.twist(np.array(ramp.span))
+        return segment

@@ -2,7 +2,7 @@
 
 Between the command and the motion stand, in this order:
 
-1. hand-eye: the command is meant for the camera where the controller believes it to be, and is the
+1. hand-eye: the command is meant for the camera where the controller assumes it, and is the
    twist ``T = Ad(cTĉ) T̂`` of the true one; all that follows is about the true one;
 2. dead time: the twist waits, at zero before the first one arrives;
 3. speed and rate of the whole camera, then speeds and ends of the joints: each scales the wanted
@@ -21,19 +21,19 @@ All but 6 is solved in closed form and the pose is exact at any time, not only a
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vsctrl import timing
 from vsctrl.errors import InputError
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.pose import adjoint, exp_one
-from vsctrl.servo.robot.axes import Axes, Piece, along
+from vsctrl.servo.robot.axes import Axes, TwistSegment, along
 from vsctrl.servo.robot.capability import Capability
-from vsctrl.servo.robot.gantry import rigid
 from vsctrl.servo.robot.joints import Arm, Stop
-from vsctrl.servo.timing import WHOLE
 
 __all__ = ["Capability", "Carrier", "Stop"]
 
-Array = NDArray[np.float64]
 
 # A command beyond this (m/s, rad/s; or no number at all) moves nothing: its square would overflow.
 RUNAWAY = 1e100
@@ -46,7 +46,7 @@ class Carrier:
 
     start: (4, 4), wTc at t = 0; period: of the video, s; frames: how many can be moved; delay: dead
     time between command and motion in s, any share of frames; hand_eye: (4, 4), cTĉ, pose of the
-    camera that the controller believes in, in the true one; capability: limits of the robot.
+    camera that the controller assumes, in the true one; capability: limits of the robot.
     Raises InputError for values out of range.
     """
 
@@ -65,28 +65,27 @@ class Carrier:
         hand_eye: ArrayLike | None = None,
         capability: Capability | None = None,
     ) -> None:
-        if not 0 < period < math.inf:
-            raise InputError(f"period: {period!r} is no video period; give seconds above 0.")
-        if frames < 0:
-            raise InputError(f"frames: {frames!r} is no number of frames; give 0 or more.")
-        if not 0 <= delay < math.inf:
-            raise InputError(f"delay: {delay!r} is no dead time; give finite seconds, 0 or more.")
-        self.pose, self.stopped = rigid("start", start), None
+        for name, value, kept, problem in (
+            ("period", period, 0 < period < math.inf, "video period; give seconds above 0."),
+            ("frames", frames, frames >= 0, "number of frames; give 0 or more."),
+            ("delay", delay, 0 <= delay < math.inf, "dead time; give finite seconds, 0 or more."),
+        ):
+            checks.require(kept, name, value, f"is no {problem}")
+        self.pose, self.stopped = checks.rigid("start", start), None
         self._period, self._k = period, 0
         ratio = min(delay / period, frames + 1.0)  # what would come later never arrives
-        self._late = math.floor(ratio + WHOLE)
-        share = ratio - self._late
-        self._old = share * period if share > WHOLE else 0.0
-        self._adjoint = None if hand_eye is None else adjoint(rigid("hand_eye", hand_eye))
+        self._whole_frames, fraction = timing.split(ratio)
+        self._remainder_s = fraction * period
+        self._adjoint = None if hand_eye is None else adjoint(checks.rigid("hand_eye", hand_eye))
         self._capability = capability or Capability()
         self._axes: Axes | None = None
         self._arm: Arm | None = None
-        if self._old or not self._capability.unlimited:
+        if self._remainder_s or not self._capability.unlimited:
             self._axes = Axes(self._capability)
         if self._capability.gantry is not None:
             self._arm = Arm(self._capability, self.pose, period)
         # Row k + 1 is the twist that arrives at frame k.
-        self._arriving = np.zeros((frames + self._late + 2, 6))
+        self._arriving = np.zeros((frames + self._whole_frames + 2, 6))
         self._poses = np.empty((frames + 1, 4, 4))
         self._poses[0] = self.pose
         self._twists = self._arriving[1:] if self._axes is None else np.zeros((frames, 6))
@@ -94,7 +93,7 @@ class Carrier:
         if self._joints is not None and self._arm is not None:
             self._joints[0] = self._arm.q
         self._saturated = np.zeros(frames, dtype=np.bool_)
-        self._pieces: list[list[Piece]] = []
+        self._segments: list[list[TwistSegment]] = []
 
     def move(self, command: Array) -> None:
         """Move through one video period under a command given at its start: (6,), m/s and rad/s.
@@ -105,7 +104,7 @@ class Carrier:
         k = self._k
         if self.stopped is not None or k >= len(self._poses) - 1:
             raise self._ended()
-        self._arriving[k + self._late + 1] = (
+        self._arriving[k + self._whole_frames + 1] = (
             command if self._adjoint is None else self._adjoint @ command
         )
         if self._axes is None:
@@ -127,7 +126,7 @@ class Carrier:
         self._twists[k] = 0.0
         if self._axes is not None:
             self._axes.brake(0.0)
-            self._pieces.append([Piece.constant(self._period, np.zeros(6))])
+            self._segments.append([TwistSegment.constant(self._period, np.zeros(6))])
         if self._joints is not None:
             self._joints[k + 1] = self._joints[k]
         self._saturated[k] = True
@@ -153,7 +152,7 @@ class Carrier:
                 raise InputError("t: nan is no time; give seconds.")
             return self._poses[0].copy()
         now = self._k * self._period
-        if t > now + WHOLE * self._period:
+        if t > now and timing.whole_periods(t, self._period) != self._k:
             raise InputError(
                 f"t: the camera has moved until {now:g} s, its pose at {t:g} s is not known yet."
             )
@@ -164,7 +163,7 @@ class Carrier:
         if self._axes is None:
             out: Array = self._poses[k] @ exp_one((self._twists[k] * rest).tolist())
         else:
-            out = self._poses[k] @ along(self._pieces[k], np.array([rest]))[0]
+            out = self._poses[k] @ along(self._segments[k], np.array([rest]))[0]
         return out
 
     @property
@@ -181,7 +180,7 @@ class Carrier:
         return None if self._joints is None else self._joints[: self._k + 1].copy()
 
     @property
-    def saturated(self) -> NDArray[np.bool_]:
+    def saturated(self) -> Mask:
         """Frames in which limits held the camera back, (k,).
 
         Those whose twist was scaled down by speed, rate, or the joints, and those at whose end the
@@ -199,7 +198,7 @@ class Carrier:
             return False
         allowed = [self._allowed(T) for _, T in wanted]
         limited = any(share < 1 for share in allowed)
-        pieces = axes.follow(
+        segments = axes.follow(
             [
                 (span, T if share == 1 else share * T)
                 for (span, T), share in zip(wanted, allowed, strict=True)
@@ -207,29 +206,29 @@ class Carrier:
         )
         limited = limited or axes.short
         if self._arm is not None and self._joints is not None:
-            share, q = self._arm.carry(self.pose, pieces)
+            share, q = self._arm.carry(self.pose, segments)
             self.stopped = self._arm.stop(q, k + 1, (k + 1) * self._period)
             if self.stopped is not None:
                 return False
             if share < 1:
-                pieces, limited = [piece.scaled(share) for piece in pieces], True
+                segments, limited = [segment.scaled(share) for segment in segments], True
                 axes.brake(share)
             self._arm.q = self._joints[k + 1] = q[-1]
-        self._pieces.append(pieces)
-        self.pose = self._poses[k + 1] = self.pose @ along(pieces, np.array([self._period]))[0]
+        self._segments.append(segments)
+        self.pose = self._poses[k + 1] = self.pose @ along(segments, np.array([self._period]))[0]
         self._saturated[k] = limited
-        if len(pieces) == 1 and pieces[0].is_constant:
-            self._twists[k] = pieces[0].start
+        if len(segments) == 1 and segments[0].is_constant:
+            self._twists[k] = segments[0].start
         else:
-            self._twists[k] = np.sum([p.integral() for p in pieces], axis=0) / self._period
+            self._twists[k] = np.sum([p.integral() for p in segments], axis=0) / self._period
         return True
 
     def _wanted(self, k: int) -> list[tuple[float, Array]]:
         """Spans of frame k and the twists that arrive in them: the last frame's first."""
         before, now = self._arriving[k], self._arriving[k + 1]
-        if not self._old or np.array_equal(before, now):
+        if not self._remainder_s or np.array_equal(before, now):
             return [(self._period, now)]
-        return [(self._old, before), (self._period - self._old, now)]
+        return [(self._remainder_s, before), (self._period - self._remainder_s, now)]
 
     def _allowed(self, T: Array) -> float:
         """Share of a wanted twist that the limits of the camera and of the joints leave."""

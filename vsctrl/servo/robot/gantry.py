@@ -16,13 +16,12 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vsctrl.errors import InputError
-from vsctrl.servo.motion.trajectory import vector
+from vsctrl.servo import checks
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.pose import adjoint, bracket, exp, inverse
-
-Array = NDArray[np.float64]
 
 # Below this |cos q5| axes 4 and 6 are one to rounding, and only their sum can be told.
 ALIGNED = 1e-9
@@ -67,9 +66,9 @@ class Gantry:
 
     def __post_init__(self) -> None:
         for name in ("bTo", "eTc"):
-            _keep(self, name, rigid(name, getattr(self, name)))
+            checks.keep(self, **{name: checks.rigid(name, getattr(self, name))})
         for name in ("lower", "upper"):
-            _keep(self, name, vector(name, getattr(self, name), 6))
+            checks.keep(self, **{name: checks.vector(name, getattr(self, name), 6)})
         for name in ("speeds", "accelerations"):
             value = np.array(getattr(self, name), dtype=np.float64)
             if value.shape != (6,) or not (value > 0).all():
@@ -77,18 +76,16 @@ class Gantry:
                     f"{name}: {getattr(self, name)!r} does not limit six joints; give 6 numbers "
                     "above 0 (infinite where there is no limit)."
                 )
-            _keep(self, name, value)
-        vector("offset, coupling", [self.offset, self.coupling], 2)
+            checks.keep(self, **{name: value})
+        checks.vector("offset, coupling", [self.offset, self.coupling], 2)
         if not (self.lower < self.upper).all():
             k = int(np.argmin(self.lower < self.upper))
             raise InputError(
                 f"lower: joint {k + 1} begins at {self.lower[k]:g} and ends at {self.upper[k]:g}; "
                 "give lower limits below the upper ones."
             )
-        if not 0 <= self.wrist_margin < 1:
-            raise InputError(
-                f"wrist_margin: {self.wrist_margin!r} is no share |cos q5|; give 0 to below 1."
-            )
+        margin, problem = self.wrist_margin, "is no share |cos q5|; give 0 to below 1."
+        checks.require(0 <= margin < 1, "wrist_margin", margin, problem)
 
     @classmethod
     def seeing(cls, oTc: ArrayLike, q: ArrayLike, eTc: ArrayLike | None = None) -> Self:
@@ -97,7 +94,10 @@ class Gantry:
         oTc: (4, 4); q: (6,) in m and rad; eTc: (4, 4), identity where left out.
         """
         mount = cls(eTc=np.eye(4) if eTc is None else np.asarray(eTc, dtype=np.float64))
-        return cls(bTo=mount.forward(vector("q", q, 6)) @ inverse(rigid("oTc", oTc)), eTc=mount.eTc)
+        return cls(
+            bTo=mount.forward(checks.vector("q", q, 6)) @ inverse(checks.rigid("oTc", oTc)),
+            eTc=mount.eTc,
+        )
 
     def forward(self, q: ArrayLike) -> Array:
         """Pose bTc of the camera in the base for joints q: (..., 6) in m, rad → (..., 4, 4)."""
@@ -105,8 +105,7 @@ class Gantry:
 
     def jacobian(self, q: ArrayLike) -> Array:
         """Jacobian of the camera, ``T = J(q) q'`` in the camera frame: (..., 6) → (..., 6, 6)."""
-        out: Array = self._screws_seen(q) @ self._gears
-        return out
+        return self._screws_seen(q) @ self._gears
 
     def both(self, bTc: ArrayLike) -> Array:
         """Both solutions of the wrist, cos q₅ ≥ 0 first: (..., 4, 4) → (..., 2, 6) in m, rad.
@@ -121,16 +120,16 @@ class Gantry:
         (..., 4, 4), (..., 6) in m and rad → (..., 6). Where axes 4 and 6 are one q₄ stays.
         """
         q = np.asarray(q, dtype=np.float64)
-        near = self._theta(q)
+        near = self.without_gears(q)
         best = np.zeros(q.shape)
         least = np.full(q.shape[:-1], np.inf)
         for sign in (1.0, -1.0):
-            theta = self._theta(self._solve(bTc, sign, near[..., 3]))
+            theta = self.without_gears(self._solve(bTc, sign, near[..., 3]))
             theta[..., 3:] += 2 * np.pi * np.round((near - theta)[..., 3:] / (2 * np.pi))
             away = np.abs(theta - near)[..., 3:].sum(axis=-1)
             best = np.where((away < least)[..., None], theta, best)
             least = np.minimum(away, least)
-        return self._undo_gears(best)
+        return self.with_gears(best)
 
     def nearest_one(self, bTc: Array, q: Sequence[float]) -> list[float]:
         """As ``nearest``, but for one pose, in plain arithmetic and several times faster.
@@ -200,12 +199,16 @@ class Gantry:
         turning = np.swapaxes(bracket(np.swapaxes(J, -1, -2), np.swapaxes(later, -1, -2)), -1, -2)
         carried = np.squeeze(turning @ dtheta[..., None], -1)
         ddtheta = _solve_linear(J, dT - carried, q[..., 4])
-        return self._undo_gears(dtheta), self._undo_gears(ddtheta)
+        return self.with_gears(dtheta), self.with_gears(ddtheta)
+
+    def range_share(self, q: ArrayLike) -> Array:
+        """Share of its range that each joint uses, 0 in the middle and 1 at a limit: (..., 6)."""
+        middle, half = (self.upper + self.lower) / 2, (self.upper - self.lower) / 2
+        return np.abs(np.asarray(q) - middle) / half
 
     def singularity(self, q: ArrayLike) -> Array:
         """How far the wrist is from its singularity, |cos q₅|: (..., 6) → (...,)."""
-        out: Array = np.abs(np.cos(np.asarray(q, dtype=np.float64)[..., 4]))
-        return out
+        return np.abs(np.cos(np.asarray(q, dtype=np.float64)[..., 4]))
 
     @property
     def _gears(self) -> Array:
@@ -213,12 +216,14 @@ class Gantry:
         out[5, 4] = -self.coupling
         return out
 
-    def _theta(self, q: ArrayLike) -> Array:
+    def without_gears(self, q: ArrayLike) -> Array:
+        """θ of joints q: (..., 6) in m and rad."""
         theta = np.array(q, dtype=np.float64)
         theta[..., 5] -= self.coupling * theta[..., 4]
         return theta
 
-    def _undo_gears(self, theta: Array) -> Array:
+    def with_gears(self, theta: Array) -> Array:
+        """q of θ, and q', q'' of its derivatives: (..., 6)."""
         q = np.array(theta)
         q[..., 5] += self.coupling * q[..., 4]
         return q
@@ -245,7 +250,7 @@ class Gantry:
 
     def _suffixes(self, q: ArrayLike) -> list[Array]:
         """From each joint j on: ``e^{ξ_j θ_j} … e^{ξ₆θ₆} · home · eTc``, (..., 4, 4) each."""
-        theta = self._theta(q)
+        theta = self.without_gears(q)
         home = np.eye(4)
         home[:3, :3], home[0, 3] = _HOME, self.offset
         last = np.broadcast_to(home @ self.eTc, (*theta.shape[:-1], 4, 4))
@@ -280,7 +285,7 @@ class Gantry:
         arm = np.stack([c4, s4, np.zeros_like(c4)], axis=-1)
         slides = bTe[..., :3, 3] - self.offset * arm
         wrist = np.stack([theta4, theta5, theta6], axis=-1)
-        return self._undo_gears(np.concatenate([slides, wrist], axis=-1))
+        return self.with_gears(np.concatenate([slides, wrist], axis=-1))
 
 
 Robot = FreeCamera | Gantry
@@ -301,24 +306,3 @@ def _solve_linear(J: Array, b: Array, q5: Array) -> Array:
             np.linalg.pinv(J[aligned], rcond=10 * ALIGNED) @ b[aligned][..., None], -1
         )
     return out
-
-
-def rigid(name: str, value: ArrayLike) -> Array:
-    """A rigid motion, (4, 4). Raises InputError that names it."""
-    out = np.array(value, dtype=np.float64)
-    if out.shape != (4, 4) or not np.isfinite(out).all():
-        raise InputError(f"{name}: an array of shape {out.shape} is no pose; give a finite (4, 4).")
-    R = out[:3, :3]
-    rigid = np.allclose(R.T @ R, np.eye(3), atol=1e-6) and np.linalg.det(R) > 0
-    if not rigid or not np.array_equal(out[3], [0.0, 0.0, 0.0, 1.0]):
-        raise InputError(
-            f"{name}: the matrix is no rigid motion; give a rotation, a translation and the row "
-            "0 0 0 1."
-        )
-    return out
-
-
-def _keep(owner: object, name: str, value: Array) -> None:
-    value = np.array(value)
-    value.setflags(write=False)
-    object.__setattr__(owner, name, value)

@@ -20,14 +20,13 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vsctrl.errors import InputError
-from vsctrl.servo.robot.axes import Piece, along
+from vsctrl.servo.arrays import Array
+from vsctrl.servo.robot.axes import TwistSegment, along
 from vsctrl.servo.robot.capability import Capability
 from vsctrl.servo.robot.gantry import Gantry
-
-Array = NDArray[np.float64]
 
 # Shares of a joint's range: the damper's zone at either end, and the distance never used, which
 # covers how far a joint may bulge between the times at which a frame is judged.
@@ -90,13 +89,13 @@ class Arm:
         speed = self._gantry.speeds_one(self.q, T)
         most = self._gantry.speeds
         if self._avoidance:
-            left = np.where(speed > 0, *self._left(self.q))
-            damped = self._gamma * np.clip(left, 0.0, self._zone) / self._period
-            most = np.where(left < self._zone, np.minimum(most, damped), most)
+            distance = np.where(speed > 0, *self._distances(self.q))
+            damped = self._gamma * np.clip(distance, 0.0, self._zone) / self._period
+            most = np.where(distance < self._zone, np.minimum(most, damped), most)
         return _least(most, np.abs(speed))
 
-    def carry(self, pose: Array, pieces: Sequence[Piece]) -> tuple[float, Array]:
-        """Share of the pieces' twist that the brakes leave, and the joints in that frame's course.
+    def carry(self, pose: Array, segments: Sequence[TwistSegment]) -> tuple[float, Array]:
+        """Share of the segments' twist that the brakes leave, and the joints in the frame's course.
 
         The share is 1 unless a joint, by its exact motion, would be too fast in the mean between
         two times of the frame or come too near to its limit: the brakes are stronger than the
@@ -104,7 +103,7 @@ class Arm:
         """
         share, n = 1.0, TIMES
         for _ in range(TRIALS):
-            tried = pieces if share == 1 else [p.scaled(share) for p in pieces]
+            tried = segments if share == 1 else [segment.scaled(share) for segment in segments]
             q = self._joints(pose @ along(tried, _times(self._period, n)))
             if self._avoidance and n < MOST_TIMES and self._hides(q):
                 n *= TIMES
@@ -162,24 +161,26 @@ class Arm:
         course = np.concatenate([self.q[None], q])
         steps = course[1:] - course[:-1]
         arc = np.abs(steps[1:] - steps[:-1]).max(axis=0) / 8
-        left = np.minimum(*self._left(course)).min(axis=0)
-        return bool(((arc > self._safety / 2) & (left < 2 * arc)).any())
+        distance = np.minimum(*self._distances(course)).min(axis=0)
+        return bool(((arc > self._safety / 2) & (distance < 2 * arc)).any())
 
     def _admissible(self, q: Array, between: float) -> float:
         """1 if the joints of a frame's course are allowed, else how much less to try: (n, 6)."""
         course = np.concatenate([self.q[None], q])
         less = _least(self._gantry.speeds * between, np.abs(course[1:] - course[:-1]))
         if self._avoidance:
-            for left, used in zip(self._left(self.q), (q - self.q, self.q - q), strict=True):
+            for distance, used in zip(
+                self._distances(self.q), (q - self.q, self.q - q), strict=True
+            ):
                 # Within the zone a share of what is left, outside all but what the damper of a
                 # joint at the zone's edge would leave.
-                free = np.clip(left - self._zone, 0.0, None)
-                allowed = free + self._gamma * np.clip(left, 0.0, self._zone)
+                free = np.clip(distance - self._zone, 0.0, None)
+                allowed = free + self._gamma * np.clip(distance, 0.0, self._zone)
                 less = min(less, _least(allowed, used))
         return less
 
-    def _left(self, q: Array) -> tuple[Array, Array]:
-        """Distances left to the upper and the lower limit, less the safety distance, (6,) each."""
+    def _distances(self, q: Array) -> tuple[Array, Array]:
+        """Distances to the upper and the lower limit, less the safety distance, (6,) each."""
         gantry = self._gantry
         return gantry.upper - q - self._safety, q - gantry.lower - self._safety
 
@@ -205,9 +206,8 @@ def _begin(gantry: Gantry, start: Array, joints0: ArrayLike | None) -> Array:
     """The joints at t = 0: those given if they agree with the pose, else the most central ones."""
     bTc = gantry.bTo @ start
     if joints0 is None:
-        middle, reach = (gantry.upper + gantry.lower) / 2, (gantry.upper - gantry.lower) / 2
-        candidates = gantry.nearest(bTc, middle), *gantry.both(bTc)
-        q = min(candidates, key=lambda q: float((np.abs(q - middle) / reach).max()))
+        candidates = gantry.nearest(bTc, (gantry.upper + gantry.lower) / 2), *gantry.both(bTc)
+        q = min(candidates, key=lambda q: float(gantry.range_share(q).max()))
     else:
         q = np.array(joints0)
         away = float(np.abs(gantry.forward(q) - bTc).max())

@@ -1,6 +1,5 @@
-"""The description of an experiment: tables, checks, and the text of its file."""
+"""The description of an experiment: its tables, their checks, its file, and its parts assembled."""
 
-from vsctrl.servo.scenario.experiment import Placement as Placement
-from vsctrl.servo.scenario.scenario import COMMENTS as COMMENTS
+from vsctrl.servo.scenario.description import COMMENTS as COMMENTS
 from vsctrl.servo.scenario.scenario import Scenario as Scenario
 from vsctrl.servo.scenario.scenario import schema as schema

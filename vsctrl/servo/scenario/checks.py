@@ -5,35 +5,22 @@ and do all points lie in front of the camera at both starts and along the whole 
 happens in the closed loop cannot be known beforehand and is a status of the run.
 """
 
-import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl.errors import InputError
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import NEAREST, Camera
-from vsctrl.servo.camera.sensor import Eye
-from vsctrl.servo.control.reference_image import Plan
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.pose import exp
-from vsctrl.servo.timing import WHOLE, delays
-
-if TYPE_CHECKING:
-    from vsctrl.servo.scenario.scenario import Scenario
-
-Array = NDArray[np.float64]
-Problem = tuple[str, str]
+from vsctrl.servo.scenario import assembly
+from vsctrl.servo.scenario.description import Description, count_frames
+from vsctrl.servo.scenario.tables import Problem
 
 FEWEST_POINTS = 3
 MOST_FRAMES = 1_000_000
 MOST_POINT_FRAMES = 10_000_000
-
-
-def count_frames(duration: float, period: float) -> int:
-    """Number N of the last frame at or before the end: ``⌊duration/period⌋`` within rounding."""
-    return math.floor(duration / period + WHOLE)
 
 
 def frame_problems(
@@ -79,7 +66,7 @@ def start_problems(points: Array, position: Array, oTc0: Array, offset: Array) -
         )
 
 
-def image_problems(scenario: "Scenario", oTc: Array) -> Iterator[Problem]:
+def image_problems(scenario: Description, oTc: Array) -> Iterator[Problem]:
     """A sentence about an image that shows fewer than three points at the true start, oTc (4, 4).
 
     All points lie in front of it; an image without a border, and a run that goes on without
@@ -88,8 +75,8 @@ def image_problems(scenario: "Scenario", oTc: Array) -> Iterator[Problem]:
     size = scenario.camera.size_px
     if size is None or scenario.faults.on_lost == "continue":
         return
-    eye = Eye.of(scenario)
-    image, _, visible = eye.look(oTc, np.zeros(2 * len(eye.points)))
+    sensor = assembly.sensor(scenario)
+    image, _, visible = sensor.look(oTc, np.zeros(2 * len(sensor.points)))
     if visible is None or visible.sum() >= FEWEST_POINTS:
         return
     i = int(np.argmin(visible))
@@ -119,18 +106,17 @@ def path_problems(
         yield (field, f"at t = {t[k]:g} s of the reference {_behind(depths[k])}; shorten {remedy}")
 
 
-def plan_problems(scenario: "Scenario") -> Iterator[Problem]:
+def plan_problems(scenario: Description) -> Iterator[Problem]:
     """A sentence about a reference image s*(t) that cannot be computed as the scenario has it.
 
     Where it is taken at the frames and with the true camera, ``path_problems`` has seen to that.
     """
-    law, vision = scenario.law, scenario.vision
-    ages = delays(law.placement, vision.latency / vision.period)
-    early = law.preview or law.preview_ff or ages.reference
-    if not early and scenario.reference_image == type(scenario.reference_image)():
+    law, ages = scenario.law, assembly.delays(scenario)
+    moved = law.preview or law.preview_ff or ages.reference
+    if not moved and scenario.reference_image == type(scenario.reference_image)():
         return
     try:
-        Plan.of(scenario, Eye.of(scenario), scenario.t, ages)
+        assembly.plan(scenario, assembly.sensor(scenario), scenario.t, ages)
     except InputError as error:
         field, _, sentence = str(error).partition(": ")
         yield field, sentence.rstrip(".")

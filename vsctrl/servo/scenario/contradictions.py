@@ -4,19 +4,16 @@ Each key is right by itself here; nothing of geometry is computed, which is left
 """
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vsctrl.servo.features.feature_sets import MEASURES
 from vsctrl.servo.robot.gantry import Gantry
-from vsctrl.servo.scenario.checks import Problem
-
-if TYPE_CHECKING:
-    from vsctrl.servo.scenario.scenario import Scenario
+from vsctrl.servo.scenario.description import Description
+from vsctrl.servo.scenario.tables import Problem
 
 
-def contradictions(scenario: "Scenario") -> Iterator[Problem]:
+def contradictions(scenario: Description) -> Iterator[Problem]:
     """Pairs of the key to change and the sentence about it, all that there are."""
     yield from _delays(scenario)
     yield from _features(scenario)
@@ -25,7 +22,7 @@ def contradictions(scenario: "Scenario") -> Iterator[Problem]:
     yield from _robot(scenario)
 
 
-def _delays(scenario: "Scenario") -> Iterator[Problem]:
+def _delays(scenario: Description) -> Iterator[Problem]:
     placement, dead_time = scenario.law.placement, scenario.robot.dead_time
     if dead_time and placement == "aligned":
         yield (
@@ -50,7 +47,7 @@ def _delays(scenario: "Scenario") -> Iterator[Problem]:
         )
 
 
-def _features(scenario: "Scenario") -> Iterator[Problem]:
+def _features(scenario: Description) -> Iterator[Problem]:
     name, n = scenario.law.features, len(scenario.target.points)
     least = MEASURES[name].least
     if n < least:
@@ -72,8 +69,8 @@ def _features(scenario: "Scenario") -> Iterator[Problem]:
         "reference_image.reference_k1": bool(scenario.reference_image.reference_k1),
         "reference_image.reference_centre_px": any(scenario.reference_image.reference_centre_px),
     }
-    for field, given in lens.items():
-        if given:
+    for field, is_set in lens.items():
+        if is_set:
             yield (
                 field,
                 f"through such a lens ds*/dt is known for points only, not for law.features = "
@@ -81,7 +78,7 @@ def _features(scenario: "Scenario") -> Iterator[Problem]:
             )
 
 
-def _law(scenario: "Scenario") -> Iterator[Problem]:
+def _law(scenario: Description) -> Iterator[Problem]:
     law = scenario.law
     if law.depth == "estimated" and law.interaction == "initial":
         yield (
@@ -105,8 +102,8 @@ def _law(scenario: "Scenario") -> Iterator[Problem]:
             if name != "reference_hand_eye"
         },
     }
-    for field, given in unused.items():
-        if given:
+    for field, is_set in unused.items():
+        if is_set:
             yield (
                 field,
                 'has no meaning for law.scheme = "pose", which finds the pose from the points; '
@@ -114,7 +111,7 @@ def _law(scenario: "Scenario") -> Iterator[Problem]:
             )
 
 
-def _target(scenario: "Scenario") -> Iterator[Problem]:
+def _target(scenario: Description) -> Iterator[Problem]:
     ratios, n = scenario.calibration.depth_ratios, len(scenario.target.points)
     if ratios is not None and len(ratios) != n:
         yield (
@@ -129,7 +126,7 @@ def _target(scenario: "Scenario") -> Iterator[Problem]:
         )
 
 
-def _robot(scenario: "Scenario") -> Iterator[Problem]:
+def _robot(scenario: Description) -> Iterator[Problem]:
     joints = scenario.robot.joints
     if joints is None:
         return

@@ -3,15 +3,17 @@
 What an experiment may add to these is in ``options``.
 """
 
-from typing import Annotated, Literal, Self, get_args
+from collections.abc import Iterator
+from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from vsctrl.servo.control.law import Interaction
 from vsctrl.servo.features.feature_sets import MEASURES
 from vsctrl.servo.scenario import fields
-from vsctrl.servo.scenario.tables import Table
+from vsctrl.servo.scenario.tables import Problem, Table
 from vsctrl.servo.scenario.types import (
+    CHOICE,
     MaybePair,
     MaybePositive,
     Nonnegative,
@@ -23,8 +25,8 @@ from vsctrl.servo.scenario.types import (
     Vector3,
     Whole,
 )
+from vsctrl.servo.timing import Placement
 
-Placement = Literal["measurement", "aligned", "actuator"]
 Scheme = Literal["image", "pose"]
 Depth = Literal["true", "constant", "estimated"]
 
@@ -32,6 +34,7 @@ Depth = Literal["true", "constant", "estimated"]
 class CameraTable(Table):
     """[camera]: the true lens and image."""
 
+    heading = "camera"
     Fx: Positive = Field(description="focal length along x, px")
     Fy: Positive = Field(description="focal length along y, px")
     size_px: MaybePair = Field(
@@ -45,6 +48,7 @@ class CameraTable(Table):
 class TargetTable(Table):
     """[target]: points of the object frame, and how that frame moves."""
 
+    heading = "target"
     points: Points = Field(description="x, y, z of each point in the object frame, m")
     drift: Twist = Field(
         (0.0,) * 6, description="twist of the target in its own frame, m/s and rad/s"
@@ -57,6 +61,7 @@ class TargetTable(Table):
 class StartTable(Table):
     """[start]: pose of the reference at t = 0, and where the camera really is then."""
 
+    heading = "start"
     position: Vector3 = Field(description="camera in the object frame, m")
     euler_xyz_deg: Vector3 = Field(description="intrinsic XYZ angles of the camera, degrees")
     offset: Twist = Field(
@@ -67,16 +72,17 @@ class StartTable(Table):
 class LawTable(Table):
     """[law]: the control law (10)."""
 
+    heading = "law"
     lam: Positive = Field(description="gain λ, 1/s")
     k_ff: Number = Field(1.0, description="feed-forward gain: 1 the paper's law, 0 without")
-    interaction: Annotated[Interaction, BeforeValidator(fields.choice(*get_args(Interaction)))] = (
-        Field("current", description="L at: current, desired, mean or initial")
+    interaction: Annotated[Interaction, CHOICE] = Field(
+        "current", description="L at: current, desired, mean or initial"
     )
-    placement: Annotated[Placement, BeforeValidator(fields.choice(*get_args(Placement)))] = Field(
+    placement: Annotated[Placement, CHOICE] = Field(
         "measurement", description="where the latency acts: measurement, aligned or actuator"
     )
     depth_ratio: Positive = Field(1.0, description="depth used by the law over the true depth")
-    scheme: Annotated[Scheme, BeforeValidator(fields.choice(*get_args(Scheme)))] = Field(
+    scheme: Annotated[Scheme, CHOICE] = Field(
         "image", description="what is servoed: the image, or the pose found from it"
     )
     features: Annotated[str, BeforeValidator(fields.choice(*MEASURES))] = Field(
@@ -84,7 +90,7 @@ class LawTable(Table):
         description=f"of the image: {', '.join(MEASURES)}",
         json_schema_extra={"enum": list(MEASURES)},
     )
-    depth: Annotated[Depth, BeforeValidator(fields.choice(*get_args(Depth)))] = Field(
+    depth: Annotated[Depth, CHOICE] = Field(
         "true", description="in L: true, constant (that at the start) or estimated from motion"
     )
     lam_zero: MaybePositive = Field(
@@ -102,29 +108,27 @@ class LawTable(Table):
     preview: Nonnegative = Field(0.0, description="how early the whole reference is used, s")
     preview_ff: Nonnegative = Field(0.0, description="how early its derivative alone is used, s")
 
-    @model_validator(mode="after")
-    def _adaptive(self) -> Self:
+    def problems(self) -> Iterator[Problem]:
+        """Half an adaptive gain, and one that rises with the error."""
         given = {name: getattr(self, name) for name in ("lam_zero", "lam_slope")}
         missing = [name for name, value in given.items() if value is None]
         if len(missing) == 1:
-            sentence = "missing; the adaptive gain needs lam_zero and lam_slope, give both or none"
-            raise fields.FieldsError([(missing[0], sentence)])
-        if self.lam_zero is not None and self.lam_zero <= self.lam:
-            raise fields.FieldsError(
-                [
-                    (
-                        "lam_zero",
-                        f"{self.lam_zero:g} is not above lam = {self.lam:g}, to which the gain "
-                        "falls as the error grows; exchange them",
-                    )
-                ]
+            yield (
+                missing[0],
+                "missing; the adaptive gain needs lam_zero and lam_slope, give both or none",
             )
-        return self
+        elif self.lam_zero is not None and self.lam_zero <= self.lam:
+            yield (
+                "lam_zero",
+                f"{self.lam_zero:g} is not above lam = {self.lam:g}, to which the gain falls as "
+                "the error grows; exchange them",
+            )
 
 
 class VisionTable(Table):
     """[vision]: timing and noise of the measurement."""
 
+    heading = "vision"
     period: Positive = Field(description="video period, s")
     latency: Nonnegative = Field(
         description="age of a measurement when it is used, s, any number of periods"

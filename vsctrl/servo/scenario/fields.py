@@ -3,7 +3,7 @@
 Each check takes what a person typed and returns the clean value, or raises ``ValueError`` with the
 second half of a sentence: the value, what is wrong with it and what to do. The first half, the
 dotted name of the field, is added by ``scenario``; what several fields must satisfy together is
-left to ``feasible``.
+left to ``checks``.
 """
 
 import math
@@ -145,10 +145,7 @@ def positives(length: int) -> Callable[[object], tuple[float, ...]]:
 
 def each_positive(value: object) -> tuple[float, ...]:
     """A list of at least one number, all above zero."""
-    out = _each(_entries(value, "write a list of numbers"), positive, "entry")
-    if not out:
-        raise ValueError("no numbers; give at least one")
-    return out
+    return _some(value, "numbers", positive, "entry")
 
 
 def share(value: object) -> float:
@@ -161,9 +158,7 @@ def share(value: object) -> float:
 
 def times(value: object) -> tuple[float, ...]:
     """A list of times above 0 that increase."""
-    out = _each(_entries(value, "write a list of times in s"), positive, "entry")
-    if not out:
-        raise ValueError("no times; give at least one")
+    out = _some(value, "times", positive, "entry", "times in s")
     for position, (before, after) in enumerate(pairwise(out), start=2):
         if after <= before:
             raise ValueError(
@@ -174,10 +169,7 @@ def times(value: object) -> tuple[float, ...]:
 
 def rows(value: object) -> tuple[tuple[float, ...], ...]:
     """A list of at least one row of three numbers."""
-    out = _each(_entries(value, "write a list of rows of 3 numbers"), vector(3), "row")
-    if not out:
-        raise ValueError("no rows; give at least one")
-    return out
+    return _some(value, "rows", vector(3), "row", "rows of 3 numbers")
 
 
 def maybe(check: Callable[[object], T]) -> Callable[[object], T | None]:
@@ -225,6 +217,16 @@ def _each(entries: Iterable[object], check: Callable[[object], T], word: str) ->
         except ValueError as error:
             raise ValueError(f"{word} {position}: {error}") from None
     return tuple(out)
+
+
+def _some(
+    value: object, what: str, check: Callable[[object], T], word: str, wanted: str = ""
+) -> tuple[T, ...]:
+    """The entries of a list, at least one, all checked."""
+    out = _each(_entries(value, f"write a list of {wanted or what}"), check, word)
+    if not out:
+        raise ValueError(f"no {what}; give at least one")
+    return out
 
 
 def _entries(value: object, remedy: str) -> list[object]:

@@ -3,13 +3,13 @@
 A file without ``kind`` is a screw, so that constant twists need no more than V and Omega.
 """
 
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self, get_args
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.motion.linked import Blending, Linked
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.scenario import fields
@@ -22,10 +22,8 @@ from vsctrl.servo.scenario.motions import (
     RotationMotion,
     ScrewMotion,
 )
-from vsctrl.servo.scenario.tables import not_a_table
-from vsctrl.servo.scenario.types import MaybePair, Switch
-
-Array = NDArray[np.float64]
+from vsctrl.servo.scenario.tables import Problem, not_a_table
+from vsctrl.servo.scenario.types import CHOICE, MaybePair, Switch
 
 Part = Annotated[
     ScrewMotion | HoldMotion | RotationMotion | OscillationMotion | PathMotion,
@@ -59,7 +57,7 @@ def _parts(value: object) -> tuple[Motion, ...]:
             f"{fields.show(value)} is no list of motions; write one table [[motion.parts]] for each"
         )
     out: list[Motion] = []
-    problems: list[tuple[str, str]] = []
+    problems: list[Problem] = []
     for number, entry in enumerate(value, start=1):
         try:
             out.append(_part(entry))
@@ -77,7 +75,7 @@ class LinkedMotion(Motion):
     """kind = "linked": motions one after another, with blends between their twists."""
 
     kind: Literal["linked"] = Field(description=KIND)
-    blend: Annotated[Blending, BeforeValidator(fields.choice(*get_args(Blending)))] = Field(
+    blend: Annotated[Blending, CHOICE] = Field(
         "linear", description="between the parts: none (jumps), linear (twist) or smooth"
     )
     max_acceleration: MaybePair = Field(
@@ -89,25 +87,19 @@ class LinkedMotion(Motion):
         description="the motions, one table each, from where the one before it ends"
     )
 
-    @model_validator(mode="after")
-    def _limits_of_a_blend(self) -> Self:
-        problems = []
+    def problems(self) -> Iterator[Problem]:
+        """Limits of a blend without one, or a blend without limits."""
         if self.blend == "none":
             sentence = 'belongs to a blend, and blend is "none"; choose another blend or leave it'
             given = {"max_acceleration": self.max_acceleration is not None}
             given |= {"from_rest": self.from_rest, "to_rest": self.to_rest}
-            problems = [(name, f"{sentence} out") for name, there in given.items() if there]
+            yield from ((name, f"{sentence} out") for name, there in given.items() if there)
         elif self.max_acceleration is None:
-            problems = [
-                (
-                    "max_acceleration",
-                    "missing; give the limits of the blends, such as [0.1, 0.5] "
-                    'in m/s² and rad/s², or blend = "none"',
-                )
-            ]
-        if problems:
-            raise fields.FieldsError(problems)
-        return self
+            yield (
+                "max_acceleration",
+                "missing; give the limits of the blends, such as [0.1, 0.5] in m/s² and rad/s², "
+                'or blend = "none"',
+            )
 
     @property
     def duration(self) -> float:

@@ -6,25 +6,20 @@ links others, is in ``links``.
 
 import math
 from abc import abstractmethod
-from typing import Annotated, Any, Literal, Self, get_args
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
-from pydantic import (
-    BeforeValidator,
-    Field,
-    SerializerFunctionWrapHandler,
-    model_serializer,
-    model_validator,
-)
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
+from vsctrl.servo.arrays import Array
 from vsctrl.servo.motion import trajectory
 from vsctrl.servo.motion.path import Ends, Path
 from vsctrl.servo.motion.trajectory import Trajectory, Waveform
 from vsctrl.servo.pose import from_euler_xyz
-from vsctrl.servo.scenario import fields
-from vsctrl.servo.scenario.tables import Table
+from vsctrl.servo.scenario.tables import Problem, Table
 from vsctrl.servo.scenario.types import (
+    CHOICE,
     Direction3,
     Direction6,
     MaybePositive,
@@ -35,7 +30,6 @@ from vsctrl.servo.scenario.types import (
     Vector3,
 )
 
-Array = NDArray[np.float64]
 Frame = Literal["object", "start"]
 
 KIND = "screw (constant twist), hold, rotation, oscillation, path or linked"
@@ -44,6 +38,8 @@ _DURATION = "length of the run or part, s"
 
 class Motion(Table):
     """[motion]: how the reference moves."""
+
+    heading = "motion"
 
     @abstractmethod
     def trajectory(self, oTc0: Array) -> Trajectory:
@@ -111,9 +107,7 @@ class OscillationMotion(Motion):
     """kind = "oscillation": to and fro along a screw, from its middle."""
 
     kind: Literal["oscillation"] = Field(description=KIND)
-    waveform: Annotated[Waveform, BeforeValidator(fields.choice(*get_args(Waveform)))] = Field(
-        "sine", description="sine or triangle"
-    )
+    waveform: Annotated[Waveform, CHOICE] = Field("sine", description="sine or triangle")
     direction: Direction6 = Field(
         description="direction (V, Omega) in the camera frame; its length does not count"
     )
@@ -122,19 +116,14 @@ class OscillationMotion(Motion):
     speed: MaybePositive = Field(None, description="greatest speed, m/s (rad/s where V = 0)")
     duration: Positive = Field(description=_DURATION)
 
-    @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
+    def problems(self) -> Iterator[Problem]:
+        """A cycle and a speed, or neither."""
         if (self.cycle is None) == (self.speed is None):
-            raise fields.FieldsError(
-                [
-                    (
-                        "cycle, speed",
-                        "with the amplitude each follows from the other; give one of the "
-                        "two (in with_, set the other to None)",
-                    )
-                ]
+            yield (
+                "cycle, speed",
+                "with the amplitude each follows from the other; give one of the two (in with_, "
+                "set the other to None)",
             )
-        return self
 
     def trajectory(self, oTc0: Array) -> Trajectory:
         """The oscillation from a start pose (4, 4)."""
@@ -152,24 +141,19 @@ class PathMotion(Motion):
     times: Times = Field(description="when the poses are reached, s; the last one ends the run")
     positions: Rows3 = Field(description="x, y, z of the camera at these times, m")
     angles_xyz_deg: Rows3 = Field(description="its intrinsic XYZ angles then, degrees")
-    frame: Annotated[Frame, BeforeValidator(fields.choice(*get_args(Frame)))] = Field(
+    frame: Annotated[Frame, CHOICE] = Field(
         "object", description="frame of the poses: object, or start (the camera at the start)"
     )
-    ends: Annotated[Ends, BeforeValidator(fields.choice(*get_args(Ends)))] = Field(
+    ends: Annotated[Ends, CHOICE] = Field(
         "rest", description="rest (from and to zero velocity) or free"
     )
 
-    @model_validator(mode="after")
-    def _same_lengths(self) -> Self:
+    def problems(self) -> Iterator[Problem]:
+        """Another number of poses than of times."""
         n = len(self.times)
-        problems = [
-            (name, f"{len(rows)} rows for {n} times; give one row for every time")
-            for name in ("positions", "angles_xyz_deg")
-            if len(rows := getattr(self, name)) != n
-        ]
-        if problems:
-            raise fields.FieldsError(problems)
-        return self
+        for name in ("positions", "angles_xyz_deg"):
+            if len(rows := getattr(self, name)) != n:
+                yield name, f"{len(rows)} rows for {n} times; give one row for every time"
 
     @property
     def duration(self) -> float:

@@ -3,13 +3,14 @@
 Each has a default for every key, and without them the experiment is the ideal one.
 """
 
-from typing import Annotated, Literal, Self, get_args
+from collections.abc import Iterator
+from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field
 
-from vsctrl.servo.scenario import fields
-from vsctrl.servo.scenario.tables import Table
+from vsctrl.servo.scenario.tables import Problem, Table
 from vsctrl.servo.scenario.types import (
+    CHOICE,
     MaybeNonnegative,
     MaybeNumber,
     MaybePositive,
@@ -24,14 +25,13 @@ from vsctrl.servo.scenario.types import (
 
 Predictor = Literal["none", "smith", "velocity", "acceleration"]
 Carrier = Literal["free", "gantry"]
-Fault = Literal["end", "continue"]
-
-_FAULT = BeforeValidator(fields.choice(*get_args(Fault)))
+Fault = Annotated[Literal["end", "continue"], CHOICE]
 
 
 class CalibrationTable(Table):
     """[calibration]: what the law believes of camera, depths and hand, where it is wrong."""
 
+    heading = "calibration"
     focal_ratio: Positive = Field(1.0, description="focal length in L̂ over the true one")
     centre_px: Vector2 = Field((0.0, 0.0), description="error of the principal point in L̂, px")
     depth_ratios: MaybePositives = Field(
@@ -49,6 +49,7 @@ class ReferenceImageTable(Table):
     reference moves, and projected again: s*(0) is right whatever is believed.
     """
 
+    heading = "reference_image"
     reference_depth_ratio: Positive = Field(
         1.0, description="depth that s*(t) was computed with over the true depth"
     )
@@ -69,7 +70,8 @@ class ReferenceImageTable(Table):
 class PredictorTable(Table):
     """[predictor]: what is done about the latency and about targets that move."""
 
-    predictor: Annotated[Predictor, BeforeValidator(fields.choice(*get_args(Predictor)))] = Field(
+    heading = "predictor"
+    predictor: Annotated[Predictor, CHOICE] = Field(
         "none",
         description="none, smith, or a Kalman filter: velocity or acceleration of the target",
     )
@@ -85,18 +87,18 @@ class PredictorTable(Table):
         0.5, description="standard deviation of the image that the filter believes in, px"
     )
 
-    @model_validator(mode="after")
-    def _needed(self) -> Self:
+    def problems(self) -> Iterator[Problem]:
+        """A latency for no predictor."""
         if self.predictor == "none" and self.tau_hat is not None:
             sentence = 'belongs to a predictor, and predictor is "none"; choose one or leave it out'
-            raise fields.FieldsError([("tau_hat", sentence)])
-        return self
+            yield "tau_hat", sentence
 
 
 class RobotTable(Table):
     """[robot]: what carries the camera, and what that cannot do."""
 
-    carrier: Annotated[Carrier, BeforeValidator(fields.choice(*get_args(Carrier)))] = Field(
+    heading = "robot"
+    carrier: Annotated[Carrier, CHOICE] = Field(
         "free", description="free (moves as told) or gantry (three slides and a wrist)"
     )
     dead_time: Nonnegative = Field(0.0, description="between a command and its motion, s")
@@ -114,35 +116,33 @@ class RobotTable(Table):
     joints: MaybeTwist = Field(None, description="of the gantry at the start, m and rad")
     avoidance: Switch = Field(False, description="slow down before a joint reaches its end")
 
-    @model_validator(mode="after")
-    def _gantry(self) -> Self:
+    def problems(self) -> Iterator[Problem]:
+        """A gantry without joints, or joints without a gantry."""
         if self.carrier == "gantry" and self.joints is None:
-            sentence = (
+            yield (
+                "joints",
                 "missing; give where the gantry's joints are at the start, such as "
-                "[0, 0, 0, 0, 0.5, 0] in m and rad"
+                "[0, 0, 0, 0, 0.5, 0] in m and rad",
             )
-            raise fields.FieldsError([("joints", sentence)])
         if self.carrier == "free":
             given = {"joints": self.joints is not None, "avoidance": self.avoidance}
             sentence = 'belongs to carrier = "gantry"; choose it or leave this out'
-            problems = [(name, sentence) for name, there in given.items() if there]
-            if problems:
-                raise fields.FieldsError(problems)
-        return self
+            yield from ((name, sentence) for name, there in given.items() if there)
 
 
 class FaultsTable(Table):
     """[faults]: whether the run ends where something fails, or goes on as well as it can."""
 
-    on_behind: Annotated[Fault, _FAULT] = Field(
+    heading = "faults"
+    on_behind: Fault = Field(
         "end", description="a point comes to lie behind the camera: end or continue without it"
     )
-    on_lost: Annotated[Fault, _FAULT] = Field(
+    on_lost: Fault = Field(
         "end", description="fewer than 3 points in the image: end or continue with what is left"
     )
-    on_rank_loss: Annotated[Fault, _FAULT] = Field(
+    on_rank_loss: Fault = Field(
         "end", description="L̂ loses rank: end or continue with the twist of least norm"
     )
-    on_joint_limit: Annotated[Fault, _FAULT] = Field(
+    on_joint_limit: Fault = Field(
         "end", description="a joint reaches its end: end or continue standing still"
     )

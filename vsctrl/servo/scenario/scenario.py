@@ -1,25 +1,23 @@
-"""The description of one experiment: everything that a run depends on, and nothing else.
+"""One experiment that can be simulated: what users make, vary, load and save.
 
 A ``Scenario`` is frozen and valid: whatever exists can be simulated. Every way to make one (a TOML
 file, keywords, a variation of another one) passes the same checks and fails with one ``InputError``
-that lists all problems. Checks of single values are in ``fields``, of the whole in ``feasible``.
+that lists all problems. Checks of single values are in ``fields``, of the whole in ``checks``.
 """
 
 import hashlib
 import json
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field, model_validator
 
+from vsctrl import files
 from vsctrl.errors import InputError
-from vsctrl.servo.motion.trajectory import ConstantScrew, Trajectory
-from vsctrl.servo.pose import exp, from_euler_xyz
+from vsctrl.servo.pose import exp
 from vsctrl.servo.scenario import fields, toml
 from vsctrl.servo.scenario.checks import (
-    count_frames,
     frame_problems,
     image_problems,
     path_problems,
@@ -27,61 +25,26 @@ from vsctrl.servo.scenario.checks import (
     start_problems,
 )
 from vsctrl.servo.scenario.contradictions import contradictions
-from vsctrl.servo.scenario.experiment import (
-    CameraTable,
-    LawTable,
-    StartTable,
-    TargetTable,
-    VisionTable,
-)
-from vsctrl.servo.scenario.links import KINDS, MOTION_FIELDS, AnyMotion, LinkedMotion, pick
-from vsctrl.servo.scenario.options import (
-    CalibrationTable,
-    FaultsTable,
-    PredictorTable,
-    ReferenceImageTable,
-    RobotTable,
-)
-from vsctrl.servo.scenario.tables import OWNER, Table, remedy
-from vsctrl.servo.scenario.types import Text
-from vsctrl.servo.timing import WHOLE
+from vsctrl.servo.scenario.description import COMMENTS, TABLE_OF, TABLES, Description, meanings
+from vsctrl.servo.scenario.links import KINDS, LinkedMotion
+from vsctrl.servo.scenario.tables import Problem, remedy
 
 
-def _meanings(path: str, model: type[Table]) -> dict[str, str]:
-    """Descriptions of a table's keys by dotted name."""
-    dot = f"{path}." if path else ""
-    meanings = {name: field.description for name, field in model.model_fields.items()}
-    return {f"{dot}{name}": text for name, text in meanings.items() if text}
-
-
-class Scenario(Table):
+class Scenario(Description):
     """One experiment, valid by construction; units and meaning of each field in its table.
 
     Raises InputError, with one sentence per problem, for anything that cannot be simulated.
     """
 
-    name: Text = Field("scenario", description="short name")
-    description: Text = Field("", description="what it is for")
-    camera: CameraTable
-    target: TargetTable
-    start: StartTable
-    motion: Annotated[AnyMotion, BeforeValidator(pick)]
-    law: LawTable
-    vision: VisionTable
-    calibration: CalibrationTable = Field(default_factory=CalibrationTable)
-    reference_image: ReferenceImageTable = Field(default_factory=ReferenceImageTable)
-    predictor: PredictorTable = Field(default_factory=PredictorTable)
-    robot: RobotTable = Field(default_factory=RobotTable)
-    faults: FaultsTable = Field(default_factory=FaultsTable)
-
-    @model_validator(mode="after")
-    def _feasible(self) -> Self:
+    def problems(self) -> Iterator[Problem]:
+        """Everything that keeps the experiment from being simulated, as far as it can be told."""
         points = np.array(self.target.points)
         position, offset = np.array(self.start.position), np.array(self.start.offset)
         try:
             reference = self.reference
         except InputError as error:
-            raise fields.FieldsError([("motion", str(error).rstrip("."))]) from None
+            yield "motion", str(error).rstrip(".")
+            return
         blamed = "motion.duration" if "duration" in type(self.motion).model_fields else "motion"
         problems = [
             *contradictions(self),
@@ -93,59 +56,7 @@ class Scenario(Table):
             problems += path_problems(points, reference, self.t, what)
         if not problems:
             problems += [*plan_problems(self), *image_problems(self, reference.oTc0 @ exp(offset))]
-        if problems:
-            raise fields.FieldsError(problems)
-        return self
-
-    @property
-    def reference(self) -> Trajectory:
-        """The motion that the camera is asked to make."""
-        oTc0 = from_euler_xyz(self.start.position, self.start.euler_xyz_deg)
-        return self.motion.trajectory(oTc0)
-
-    @property
-    def constant_twist(self) -> NDArray[np.float64] | None:
-        """The reference twist where it never changes, (6,) in m/s and rad/s; None elsewhere."""
-        reference = self.reference
-        return reference.T if isinstance(reference, ConstantScrew) else None
-
-    @property
-    def speed(self) -> float:
-        """Greatest translational speed of the reference over the frames, m/s."""
-        V = self.reference.twist(self.t)[:, :3]
-        # In units of the greatest component, no square overflows or vanishes.
-        unit = float(np.abs(V).max())
-        return unit * float(np.linalg.norm(V / unit, axis=1).max()) if unit else 0.0
-
-    @property
-    def frames(self) -> int:
-        """Number N of the last frame: the run has the frames 0..N at ``t_k = k period``."""
-        return count_frames(self.motion.duration, self.vision.period)
-
-    @property
-    def t(self) -> NDArray[np.float64]:
-        """Times of the frames, (N + 1,) in s."""
-        return np.arange(self.frames + 1, dtype=np.float64) * self.vision.period
-
-    @property
-    def latency_frames(self) -> int:
-        """Latency in video periods, d. Raises InputError when it is no whole number of them."""
-        latency, period = self.vision.latency, self.vision.period
-        ratio = latency / period
-        d = round(ratio)
-        if abs(ratio - d) > WHOLE:
-            below = int(ratio)
-            raise fields.FieldsError(
-                [
-                    (
-                        "vision.latency",
-                        f"{latency:g} s is {ratio:g} video periods of {period:g} s; the sampled "
-                        "loop is solved here for whole frames (simulate takes any), so choose "
-                        f"{below * period:g} or {(below + 1) * period:g}",
-                    )
-                ]
-            )
-        return d
+        yield from problems
 
     @property
     def ideal(self) -> Self:
@@ -221,7 +132,7 @@ class Scenario(Table):
     def load(cls, path: str | Path) -> Self:
         """Scenario from a TOML file in UTF-8. Raises InputError that starts with the file."""
         try:
-            return cls.from_toml(toml.read(Path(path)))
+            return cls.from_toml(files.read_text(Path(path), "TOML file"))
         except fields.FieldsError as error:
             raise fields.FieldsError(error.problems, source=str(path)) from None
 
@@ -230,47 +141,18 @@ class Scenario(Table):
 
         ``Scenario.from_toml`` makes exactly the same scenario of it.
         """
-        comments = COMMENTS | _meanings("motion", type(self.motion))
+        comments = COMMENTS | meanings("motion", type(self.motion))
         if isinstance(self.motion, LinkedMotion):
             for number, part in enumerate(self.motion.parts):
-                comments |= _meanings(f"motion.parts.{number}", type(part))
+                comments |= meanings(f"motion.parts.{number}", type(part))
         return toml.emit(self.model_dump(), comments)
 
     def save(self, path: str | Path) -> None:
         """Write ``to_toml`` to a file: all of it or nothing. Raises InputError if impossible."""
-        toml.write(Path(path), self.to_toml())
-
-
-# The tables by name; those of [motion] by kind are in ``links``.
-TABLES: dict[str, type[Table]] = {
-    "camera": CameraTable,
-    "target": TargetTable,
-    "start": StartTable,
-    "law": LawTable,
-    "vision": VisionTable,
-    "calibration": CalibrationTable,
-    "reference_image": ReferenceImageTable,
-    "predictor": PredictorTable,
-    "robot": RobotTable,
-    "faults": FaultsTable,
-}
-# The table of every field, "" for those at the top.
-TABLE_OF = {"name": "", "description": ""} | {
-    name: table for table, model in TABLES.items() for name in model.model_fields
-}
-TABLE_OF |= dict.fromkeys(sorted(MOTION_FIELDS), "motion")
-OWNER.update(TABLE_OF)
-# Meaning and unit of every field outside [motion], by dotted name.
-COMMENTS = {
-    **_meanings("", Scenario),
-    **{key: text for name, model in TABLES.items() for key, text in _meanings(name, model).items()},
-}
+        files.write(Path(path), self.to_toml(), "scenario")
 
 
 def schema() -> str:
     """JSON Schema of a scenario file, for editors that complete and check TOML or JSON."""
-    found = {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **Scenario.model_json_schema(),
-    }
-    return json.dumps(found, indent=2, ensure_ascii=False) + "\n"
+    dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return json.dumps(dialect | Scenario.model_json_schema(), indent=2, ensure_ascii=False) + "\n"

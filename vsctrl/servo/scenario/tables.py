@@ -1,21 +1,24 @@
 """What a table of a scenario file is, and its errors as sentences.
 
 A table checks its own keys only. The tables themselves are in ``experiment``, ``options``,
-``motions`` and ``links``; what they must satisfy together is left to ``whole``.
+``motions`` and ``links``; what they must satisfy together is left to ``checks``.
 """
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Iterator
+from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from vsctrl.errors import InputError, nearest
 from vsctrl.servo.scenario import fields
+
+Problem = tuple[str, str]  # a dotted field, and what is wrong with it
 
 
 class Table(BaseModel):
     """A frozen table of a scenario whose errors are ``InputError``, never pydantic's own."""
 
+    heading: ClassVar[str] = ""  #: under which its keys stand in a file, "" for those at the top
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     def __init__(self, /, **data: Any) -> None:
@@ -23,6 +26,16 @@ class Table(BaseModel):
             super().__init__(**data)
         except ValidationError as error:
             raise fields.FieldsError(_problems(type(self), error)) from None
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if problems := [*self.problems()]:
+            raise fields.FieldsError(problems)
+        return self
+
+    def problems(self) -> Iterator[Problem]:
+        """What the table's values cannot mean together: the key to change, and the sentence."""
+        yield from ()
 
     def __setattr__(self, name: str, value: object) -> None:
         raise InputError(
@@ -32,12 +45,16 @@ class Table(BaseModel):
     @classmethod
     def stranger(cls, name: str) -> str:
         """What to do with a key that this table does not have, as the end of a sentence."""
-        belongs = OWNER.get(name)
-        return f"; it belongs into [{belongs}]" if belongs else remedy(name, cls.model_fields)
+        home = next((table.heading for table in _below(Table) if name in table.model_fields), "")
+        return f"; it belongs into [{home}]" if home else remedy(name, cls.model_fields)
 
 
-# The table of every field, "" for those at the top; ``scenario`` adds what it owns.
-OWNER: dict[str, str] = {}
+def _below(table: type[Table]) -> Iterator[type[Table]]:
+    """Every table with a heading of its own."""
+    for below in table.__subclasses__():
+        if below.heading:
+            yield below
+        yield from _below(below)
 
 
 def remedy(name: str, known: Iterable[str]) -> str:
@@ -46,30 +63,32 @@ def remedy(name: str, known: Iterable[str]) -> str:
     return nearest(name, known) or f"; it has {', '.join(known)}"
 
 
-def _problems(model: type[Table], error: ValidationError) -> list[tuple[str, str]]:
+def _problems(model: type[Table], error: ValidationError) -> list[Problem]:
     """pydantic's findings about one table as (dotted field, sentence), all of them."""
     known = model.model_fields
-    out: list[tuple[str, str]] = []
-    for found in error.errors(include_url=False):
-        field = ".".join(str(part) for part in found["loc"])
-        cause = found.get("ctx", {}).get("error")
+    out: list[Problem] = []
+    for refusal in error.errors(include_url=False):
+        field = ".".join(str(part) for part in refusal["loc"])
+        cause = refusal.get("ctx", {}).get("error")
         meaning = known[field].description if field in known else None
         about = f" ({meaning})" if meaning else ""
         if isinstance(cause, fields.FieldsError):
             out += [(".".join(filter(None, (field, name))), text) for name, text in cause.problems]
-        elif found["type"] == "missing":
+        elif refusal["type"] == "missing":
             # Whatever has no meaning of its own is a table.
             kind = "a value" if meaning else f"a table [{field}]"
             out.append((field, f"missing; give it {kind}{about}"))
-        elif found["type"] == "extra_forbidden":
-            value = fields.show(found["input"])
+        elif refusal["type"] == "extra_forbidden":
+            value = fields.show(refusal["input"])
             out.append((field, f"unknown key with value {value}{model.stranger(field)}"))
-        elif found["type"] == "literal_error":
-            out.append((field, f"{fields.show(found['input'])} is not {found['ctx']['expected']}"))
+        elif refusal["type"] == "literal_error":
+            out.append(
+                (field, f"{fields.show(refusal['input'])} is not {refusal['ctx']['expected']}")
+            )
         elif cause is not None:
             out.append((field, f"{cause}{about}"))
         else:
-            out.append((field, not_a_table(found["input"], field)))
+            out.append((field, not_a_table(refusal["input"], field)))
     return out
 
 

@@ -1,16 +1,12 @@
-"""Scenario files: TOML text in and out, whole or not at all.
+"""Scenario files: TOML text in and out.
 
 Reading is Python's own ``tomllib``. Writing is fifty lines here, because a scenario needs its units
 as comments and an exact round trip, and no more of TOML than tables of numbers, text and lists.
 What the keys mean is left to ``scenario``.
 """
 
-import contextlib
-import os
 import tomllib
-import uuid
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from vsctrl.errors import InputError
@@ -34,44 +30,6 @@ def parse(text: str) -> dict[str, Any]:
         raise FieldsError(
             [("TOML", f"{error}; correct it, as in: key = 2.5, text in quotes, lists in [ ]")]
         ) from None
-
-
-def read(path: Path) -> str:
-    """Text of a file in UTF-8, with or without a byte-order mark. Raises InputError."""
-    try:
-        return path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        problem = f"byte {error.start} is not UTF-8; save the file as UTF-8 text"
-    except FileNotFoundError:
-        problem = "there is no such file; check the path"
-    except IsADirectoryError:
-        problem = "this is a directory; name a TOML file in it"
-    except (OSError, ValueError) as error:
-        problem = f"the file cannot be read ({_reason(error)}); check the path and its permissions"
-    raise InputError(f"{path}: {problem}.")
-
-
-def write(path: Path, content: str | bytes, what: str = "scenario") -> None:
-    """Write content to a temporary name beside the path, then rename: all of it or nothing.
-
-    Text is written in UTF-8. Raises InputError when the file cannot be written, naming what it
-    was to hold; nothing is left behind then.
-    """
-    temporary = path.parent / f".vsctrl-{uuid.uuid4().hex}.tmp"
-    try:
-        with temporary.open("xb") as file:
-            file.write(content.encode() if isinstance(content, str) else content)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    except (OSError, ValueError) as error:
-        raise InputError(
-            f"{path}: the {what} cannot be written ({_reason(error)}); name a file in an "
-            "existing directory where you may write."
-        ) from None
-    finally:
-        with contextlib.suppress(OSError, ValueError):
-            temporary.unlink()
 
 
 def emit(data: Mapping[str, Any], comments: Mapping[str, str]) -> str:
@@ -126,7 +84,3 @@ def _escaped(c: str) -> str:
     if c in _ESCAPES:
         return _ESCAPES[c]
     return f"\\u{ord(c):04X}" if ord(c) < 0x20 or ord(c) == 0x7F else c
-
-
-def _reason(error: Exception) -> str:
-    return (isinstance(error, OSError) and error.strerror) or str(error)

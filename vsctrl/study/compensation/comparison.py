@@ -15,12 +15,12 @@ import math
 import numpy as np
 
 from vsctrl import checks as check
-from vsctrl import loop
+from vsctrl import loop, timing
 from vsctrl.diagram import Ramp
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.servo.camera.camera import Camera
-from vsctrl.study import modes
+from vsctrl.study import modes, runs
 from vsctrl.study.compensation.compensators import Remedy, remedies
 from vsctrl.study.compensation.results import Remedies, SteadyError, Treated
 from vsctrl.study.experiments import stability_limit
@@ -70,7 +70,7 @@ def compare_remedies(
     if T_i is not None:
         loop.pi_gain_limit(scenario.vision.latency, T_i)  # refuses what is no time
     base = _base(scenario)
-    modes.possible(base)
+    runs.possible(base)
     sizes = dict.fromkeys((base.vision.period, wrong))
     rows: list[Treated] = []
     notes = _left_out(scenario)
@@ -88,10 +88,10 @@ def compare_remedies(
     return Remedies(scenario, base.speed, tuple(rows), (*notes, *_explained(base, rows)))
 
 
-def _mismatch(scenario: Scenario, given: float | None) -> float:
+def _mismatch(scenario: Scenario, mismatch: float | None) -> float:
     """How wrong τ̂ is, s: as given, or one video period."""
     period = scenario.vision.period
-    wrong = period if given is None else check.positive("mismatch", given)
+    wrong = period if mismatch is None else check.positive("mismatch", mismatch)
     if wrong > MOST_WRONG * period:
         raise InputError(
             f"mismatch = {wrong:g} s is not usable, as it is more than {MOST_WRONG} video periods; "
@@ -134,8 +134,8 @@ def _left_out(scenario: Scenario) -> list[str]:
 
 # One remedy -------------------------------------------------------------------------------------
 def _treated(scenario: Scenario, remedy: Remedy, limits: bool) -> Treated:
-    ratios = modes.ratios(scenario)
-    modulus = max(remedy.limits.sampled(mu).modulus(scenario.law.lam) for mu in ratios)
+    mus = modes.eigenvalues(scenario)
+    modulus = max(remedy.limits.sampled(mu).modulus(scenario.law.lam) for mu in mus)
     limit = _limit(scenario, remedy, limits)
     # A predictor's own integrator is hidden: in the computer it is a sum without a pole.
     poles = [p for p in remedy.system.poles(6) if remedy.kind != "Smith" or abs(p) > 1e-9]
@@ -153,13 +153,13 @@ def _steady(
 ) -> tuple[SteadyError, SteadyError]:
     """The steady errors of a sideways slide at the scenario's speed."""
     speed, period, depth = scenario.speed, scenario.vision.period, modes.nearest_depth(scenario)
-    frames, left = modes.ended(modulus, round(scenario.vision.latency / period))
-    most = modes.MOST_FRAMES * period
-    late = min(EXPONENT / rate, most) + sum(remedy.values.get(n, 0.0) for n in ("tau", "tau_hat"))
-    left = max(left, math.exp(-rate * late))
+    frames, remaining = runs.ended(modulus, timing.first_frame(scenario.vision.latency, period))
+    most = runs.MOST_FRAMES * period
+    t_end = min(EXPONENT / rate, most) + sum(remedy.values.get(n, 0.0) for n in ("tau", "tau_hat"))
+    remaining = max(remaining, math.exp(-rate * t_end))
     start = speed * (1 / (remedy.values["ell"] * scenario.law.lam) + scenario.vision.latency)
-    allowed = 100 * left * start + ROUNDING * max(depth, speed * late)
-    exact = _exact(remedy, speed, late)
+    allowed = 100 * remaining * start + ROUNDING * max(depth, speed * t_end)
+    exact = _exact(remedy, speed, t_end)
     simulated, failure = _simulated(scenario, remedy, frames)
     first, second = (
         SteadyError(
@@ -193,7 +193,7 @@ def _simulated(
     """The same two in six degrees of freedom, or why there are none."""
     longest = WAY * modes.nearest_depth(scenario) / (frames * scenario.vision.period)
     speed = min(scenario.speed, longest)
-    run = modes.run(
+    run = runs.run(
         scenario, frames, kind="screw", V=(speed, 0.0, 0.0), Omega=(0.0,) * 3, **remedy.fields
     )
     if not run.status.ok:
@@ -206,25 +206,25 @@ def _simulated(
 
 
 def _limit(scenario: Scenario, remedy: Remedy, search: bool) -> Measured:
-    ratios = modes.ratios(scenario)
-    smooth = [remedy.limits.continuous(mu) for mu in ratios]
+    mus = modes.eigenvalues(scenario)
+    smooth = [remedy.limits.continuous(mu) for mu in mus]
     known = [limit for limit in smooth if limit is not None]
-    loops = [remedy.limits.sampled(mu) for mu in ratios]
+    loops = [remedy.limits.sampled(mu) for mu in mus]
     sampled = min(loop.limit for loop in loops)
     roots = np.concatenate([np.roots(loop.at(sampled)) for loop in loops])
     # What is odd about the loop at its limit, if it is, continuous time has nothing of.
     note = ALTERNATING if (np.abs(roots + 1) < ALTERNATES).any() else ""
-    found = _search(scenario, remedy) if search else None
-    share = ALLOWED_ALIKE if any(mu.imag for mu in ratios) else ALLOWED
-    if search and found is None:
+    simulated = _search(scenario, remedy) if search else None
+    tolerance = ALLOWED_ALIKE if any(mu.imag for mu in mus) else ALLOWED
+    if search and simulated is None:
         note = "no change between growth and decay"
     return Measured(
         case=remedy.name,
         predicted=min(known) if len(known) == len(smooth) else None,
         exact=sampled,
-        simulated=found,
-        allowed=share * sampled if search else math.inf,
-        reason=FOUND[share] if search else "not searched for",
+        simulated=simulated,
+        allowed=tolerance * sampled if search else math.inf,
+        reason=FOUND[tolerance] if search else "not searched for",
         note=note,
     )
 
@@ -233,18 +233,15 @@ def _search(scenario: Scenario, remedy: Remedy) -> float | None:
     """The gain (s⁻¹) at which a small offset neither grows nor decays with a remedy."""
     period = scenario.vision.period
     longest = max(remedy.values.get(name, 0.0) for name in ("tau", "tau_hat"))
-    memory = math.ceil(longest / period - 1e-9) + 1
+    memory = timing.first_frame(longest, period) + 1
     fields = {name: value for name, value in remedy.fields.items() if name != "k_ff"}
-    frames = FRAMES * (LONGER if any(mu.imag for mu in modes.ratios(scenario)) else 1)
-    offsets = stability_limit.apart(scenario, lambda mu: remedy.limits.sampled(mu).limit)
+    frames = FRAMES * (LONGER if any(mu.imag for mu in modes.eigenvalues(scenario)) else 1)
+    options = {**fields, "memory": memory, "frames": frames}
 
-    def rate(gain: float) -> float:
-        return max(
-            stability_limit.growth(scenario, gain, along, memory, frames=frames, **fields)
-            for along in offsets
-        )
+    def expected(mu: complex) -> float:
+        return remedy.limits.sampled(mu).limit
 
-    return stability_limit.search(rate, stability_limit.FIRST / period, width=SEARCHED)
+    return stability_limit.simulated_limit(scenario, expected, SEARCHED, **options)
 
 
 # Words ------------------------------------------------------------------------------------------
@@ -252,7 +249,7 @@ def _explained(scenario: Scenario, rows: list[Treated]) -> list[str]:
     """Why the continuous limits are not the sampled ones, in sentences."""
     tau, period = scenario.vision.latency, scenario.vision.period
     plain = next(row.limit for row in rows if row.remedy.kind == "none")
-    worst = max(modes.ratios(scenario), key=abs)
+    worst = max(modes.eigenvalues(scenario), key=abs)
     half = float(loop.gain_limit(tau + period / 2, kappa=worst))
     text = [
         f"Slides longer than {WAY:g} of the nearest depth are run more slowly and their errors "

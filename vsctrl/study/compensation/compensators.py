@@ -1,7 +1,7 @@
 """The remedies for dead time: what each changes in the law, in the loop and in the simulator.
 
 A remedy is one diagram of `loop` with numbers, and the fields of a scenario that make six degrees
-of freedom do the same. What comes out of either is left to `compensation`.
+of freedom do the same. What comes out of either is left to `comparison`.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
-from vsctrl import loop
-from vsctrl.diagram import Diagram, Ramp
+from vsctrl import loop, timing
+from vsctrl.diagram import Diagram, Ramp, Signal
 from vsctrl.diagram.system import System
 from vsctrl.errors import LimitError
 from vsctrl.servo import Scenario
@@ -20,7 +20,7 @@ from vsctrl.study.modes import sideways_ratio
 from vsctrl.symbols import v
 
 if TYPE_CHECKING:
-    import sympy as sp
+    from vsctrl.symbols import Expr
 
 Kind = Literal[
     "none", "aligned", "nulling feed-forward", "preview", "early feed-forward", "PI", "Smith"
@@ -50,41 +50,35 @@ class Remedy:
     limits: Limits = field(repr=False)
 
     @property
-    def formula(self) -> sp.Expr:
+    def formula(self) -> Expr:
         """The steady true error on a ramp of slope v, what is 0 or 1 put in."""
-        return self._formula(None, None)
+        return self._error(Ramp(v), False, self._simple)
 
     @property
-    def seen_formula(self) -> sp.Expr:
+    def seen_formula(self) -> Expr:
         """The steady error that the law sees on a ramp of slope v."""
-        return self._formula(*self.seen)
+        return self._error(Ramp(v), True, self._simple)
 
     def steady(self, slope: float, *, seen: bool = False) -> float:
         """Either of them with all numbers put in, for a slope in m/s."""
-        pair = self.seen if seen else (None, None)
-        known: dict[str, Any] = {
-            name: a for name, a in self.values.items() if name not in ("ell", "ell_hat")
-        }
-        known["kappa"] = self.values["ell"]
-        output, reference = pair
-        return float(
-            loop.steady_error(
-                self.diagram, Ramp(slope), output=output, reference=reference, **known
-            )
-        )
+        known = {name: a for name, a in self.values.items() if name not in ("ell", "ell_hat")}
+        return float(self._error(Ramp(slope), seen, {**known, "kappa": self.values["ell"]}))
 
     @property
     def system(self) -> System:
         """The loop in continuous time."""
         return self.diagram.at({n: self.values[n] for n in self.diagram.parameters})
 
-    def _formula(self, output: str | None, reference: str | None) -> sp.Expr:
-        known: dict[str, Any] = {}
-        if self.values["k_ff"] in (0.0, 1.0):
-            known["k_ff"] = int(self.values["k_ff"])
-        if self.values["ell"] == 1:
-            known["kappa"] = 1
-        return loop.steady_error(self.diagram, Ramp(v), output=output, reference=reference, **known)
+    @property
+    def _simple(self) -> dict[str, Any]:
+        """The parameters that are 0 or 1, as whole numbers."""
+        gain, ratio = self.values["k_ff"], self.values["ell"]
+        known = {"k_ff": int(gain)} if gain in (0.0, 1.0) else {}
+        return known | ({"kappa": 1} if ratio == 1 else {})
+
+    def _error(self, ramp: Signal, seen: bool, known: dict[str, Any]) -> Expr:
+        output, reference = self.seen if seen else (None, None)
+        return loop.steady_error(self.diagram, ramp, output=output, reference=reference, **known)
 
 
 @dataclass(frozen=True)
@@ -92,7 +86,7 @@ class Limits:
     """The gain limits of a remedy for any κ, s⁻¹; the continuous one None where it has none."""
 
     continuous: Callable[[complex], float | None]
-    sampled: Callable[[complex], sampled_limits.Held]
+    sampled: Callable[[complex], sampled_limits.GainPencil]
 
 
 def remedies(
@@ -102,10 +96,12 @@ def remedies(
 
     `mismatches` are τ̂ − τ in s. A remedy that cannot be had is a sentence instead.
     """
-    law, tau, period = scenario.law, scenario.vision.latency, scenario.vision.period
+    law, period = scenario.law, scenario.vision.period
+    # As the simulator has it, so that a latency of whole frames is that in every formula.
+    tau = timing.settled(scenario.vision.latency, period)
     ratio = sideways_ratio(scenario)
-    given = {"lam": law.lam, "k_ff": law.k_ff, "tau": tau, "ell": ratio, "ell_hat": 1.0}
-    early = {"k_ff": law.k_ff, "placement": "measurement"}
+    values = {"lam": law.lam, "k_ff": law.k_ff, "tau": tau, "ell": ratio, "ell_hat": 1.0}
+    fields = {"k_ff": law.k_ff, "placement": "measurement"}
 
     def figure1(mu: complex) -> float:
         return float(loop.gain_limit(tau, kappa=mu))
@@ -113,12 +109,12 @@ def remedies(
     same = Limits(figure1, lambda mu: sampled_limits.plain(tau, period, mu))
     image, aligned = ("S_meas", "S_ref"), ("S_meas", "S_ref_late")
     yield Remedy(
-        kind="none", name="no remedy", diagram=loop.diagram(), values=given, fields=early,
+        kind="none", name="no remedy", diagram=loop.diagram(), values=values, fields=fields,
         seen=image, cost="nothing", limits=same,
     )  # fmt: skip
     yield Remedy(
-        kind="aligned", name="aligned", diagram=loop.diagram("aligned"), values=given,
-        fields={**early, "placement": "aligned"}, seen=aligned,
+        kind="aligned", name="aligned", diagram=loop.diagram("aligned"), values=values,
+        fields={**fields, "placement": "aligned"}, seen=aligned,
         cost="the reference of τ ago, so the latency must be known", limits=same,
     )  # fmt: skip
     if law.k_ff:
@@ -126,18 +122,18 @@ def remedies(
         yield Remedy(
             kind="nulling feed-forward", name=signed(f"nulling feed-forward, k_ff = {nulling:.4g}"),
             diagram=loop.diagram(),
-            values={**given, "k_ff": nulling}, fields={**early, "k_ff": nulling}, seen=image,
+            values={**values, "k_ff": nulling}, fields={**fields, "k_ff": nulling}, seen=image,
             cost="nothing, but it is right at one λ, κ and τ, and on ramps", limits=same,
         )  # fmt: skip
-    yield from _previews(given, early, mismatches, same)
+    yield from _previews(values, fields, mismatches, same)
     yield Remedy(
         kind="early feed-forward", name="late in the actuator instead, feed-forward τ early",
-        diagram=loop.previewed_feedforward(), values={**given, "h": tau},
-        fields={**early, "placement": "actuator", "preview_ff": tau}, seen=("S_meas", "S_star"),
+        diagram=loop.previewed_feedforward(), values={**values, "h": tau},
+        fields={**fields, "placement": "actuator", "preview_ff": tau}, seen=("S_meas", "S_star"),
         cost="the reference known τ ahead", limits=same,
     )  # fmt: skip
-    yield from _integrals(given, early, T_i, period)
-    yield from _smiths(given, early, mismatches, period)
+    yield from _integrals(values, fields, T_i, period)
+    yield from _smiths(values, fields, mismatches, period)
 
 
 def integral_time(lam: float, ratio: float, tau: float) -> float:
@@ -151,10 +147,10 @@ def _best_preview(lam: float, k_ff: float, tau: float, ratio: float) -> float:
 
 
 def _previews(
-    given: dict[str, float], early: dict[str, Any], mismatches: Iterable[float], same: Limits
+    values: dict[str, float], fields: dict[str, Any], mismatches: Iterable[float], same: Limits
 ) -> Iterator[Remedy | str]:
     """The whole reference early by the best h, without feed-forward where that leads already."""
-    lam, k_ff, tau, ratio = (given[name] for name in ("lam", "k_ff", "tau", "ell"))
+    lam, k_ff, tau, ratio = (values[name] for name in ("lam", "k_ff", "tau", "ell"))
     best, instead = _best_preview(lam, k_ff, tau, ratio), ""
     if best < 0 and k_ff:
         best, k_ff, instead = _best_preview(lam, 0.0, tau, ratio), 0.0, " instead of feed-forward"
@@ -167,23 +163,23 @@ def _previews(
     for wrong in (0.0, *mismatches):
         early_by = best - wrong  # 1/κλ is known, τ is believed
         if early_by < 0:
-            late = f"preview for τ̂ = {1e3 * (tau + wrong):g} ms is left out: h would be negative."
-            yield signed(late)
+            words = f"preview for τ̂ = {1e3 * (tau + wrong):g} ms is left out: h would be negative."
+            yield signed(words)
             continue
         believed = f", for τ̂ = {1e3 * (tau + wrong):g} ms" if wrong else ""
         yield Remedy(
             kind="preview", name=f"preview h = {1e3 * early_by:.4g} ms{instead}{believed}",
-            diagram=loop.preview(), values={**given, "k_ff": k_ff, "h": early_by},
-            fields={**early, "k_ff": k_ff, "preview": early_by}, seen=("S_meas", "S_ref"),
+            diagram=loop.preview(), values={**values, "k_ff": k_ff, "h": early_by},
+            fields={**fields, "k_ff": k_ff, "preview": early_by}, seen=("S_meas", "S_ref"),
             cost="the reference known h ahead, and κλ", mismatch=wrong, limits=same,
         )  # fmt: skip
 
 
 def _integrals(
-    given: dict[str, float], early: dict[str, Any], T_i: float | None, period: float
+    values: dict[str, float], fields: dict[str, Any], T_i: float | None, period: float
 ) -> Iterator[Remedy]:
-    tau = given["tau"]
-    time = integral_time(given["lam"], given["ell"], tau) if T_i is None else T_i
+    tau = values["tau"]
+    time = integral_time(values["lam"], values["ell"], tau) if T_i is None else T_i
 
     def continuous(mu: complex) -> float | None:
         return None if mu.imag else loop.pi_gain_limit(tau, time, mu.real)
@@ -196,15 +192,15 @@ def _integrals(
     for placement, where, reference, cost in places:
         yield Remedy(
             kind="PI", name=f"PI{where}, Tᵢ = {time:.4g} s", diagram=loop.pi(placement),
-            values={**given, "T_i": time}, fields={**early, "placement": placement, "T_i": time},
+            values={**values, "T_i": time}, fields={**fields, "placement": placement, "T_i": time},
             seen=("S_meas", reference), cost=f"gain limit and overshoot; {cost}", limits=limits,
         )  # fmt: skip
 
 
 def _smiths(
-    given: dict[str, float], early: dict[str, Any], mismatches: Iterable[float], period: float
+    values: dict[str, float], fields: dict[str, Any], mismatches: Iterable[float], period: float
 ) -> Iterator[Remedy | str]:
-    tau = given["tau"]
+    tau = values["tau"]
     for wrong in (0.0, *mismatches):
         believed = round(tau + wrong, 12)
         if believed <= 0:
@@ -216,8 +212,8 @@ def _smiths(
         sign = signed(f", {1e3 * wrong:+g} ms wrong") if wrong else ""
         yield Remedy(
             kind="Smith", name=f"Smith, τ̂ = {1e3 * believed:g} ms{sign}", diagram=loop.smith(),
-            values={**given, "tau_hat": believed},
-            fields={**early, "predictor": "smith", "tau_hat": believed}, seen=("S_pred", "S_ref"),
+            values={**values, "tau_hat": believed},
+            fields={**fields, "predictor": "smith", "tau_hat": believed}, seen=("S_pred", "S_ref"),
             cost="a model of latency and image", mismatch=wrong,
             limits=_smith_limits(tau, believed, period),
         )  # fmt: skip

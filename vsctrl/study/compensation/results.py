@@ -1,19 +1,21 @@
 """What a comparison of remedies for dead time holds: a row each, three tables, notes and JSON.
 
-The numbers are made in `compensation`.
+The numbers are made in `comparison`.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from html import escape
 from typing import Any, ClassVar
 
+from vsctrl import tables
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.study.compensation.compensators import Remedy
-from vsctrl.study.experiments.experiment import Experiment, Measured, Value, number
+from vsctrl.study.experiments.experiment import Experiment, Measured
+
+NUMBERS = ("predicted", "exact", "simulated", "allowed", "agrees", "reason")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,14 +37,7 @@ class SteadyErrors(Experiment):
     """Steady errors of a ramp in m, positive ahead and negative behind, one row a remedy."""
 
     columns: ClassVar[tuple[str, str, str]] = ("closed form", "exact delay", "6-DOF")
-
-    def shown(self, value: Value | None) -> str:
-        """A length in mm to the tenth of a micrometre."""
-        return number(None if value is None else 1e3 * value, "+.4f")
-
-    def distance(self, value: float) -> str:
-        """A length in mm."""
-        return super().distance(1e3 * value)
+    scale: ClassVar[float] = 1e3
 
 
 @dataclass(frozen=True, repr=False)
@@ -64,11 +59,7 @@ class RemedyLimits(Experiment):
     """Gain limits in s⁻¹ over all directions of M = L̂⁺L, one row a remedy."""
 
     title: ClassVar[str] = "gain limit, s⁻¹"
-    columns: ClassVar[tuple[str, str, str]] = ("continuous", "sampled", "6-DOF")
-
-    def shown(self, value: Value | None) -> str:
-        """A gain to four digits after the point."""
-        return "∞" if value is not None and math.isinf(value.real) else number(value, ".4f")
+    form: ClassVar[str] = ".4f"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,8 +87,8 @@ class Treated:
         return all(part.agrees for part in parts if part is not None)
 
 
-@dataclass(frozen=True)
-class Remedies:
+@dataclass(frozen=True, repr=False)
+class Remedies(tables.Tables):
     """All remedies of one scenario: `rows`, of a ramp of `speed` m/s, and `notes` in sentences."""
 
     scenario: Scenario
@@ -146,39 +137,21 @@ class Remedies:
             "notes": list(self.notes),
         }
 
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
-
-    def __str__(self) -> str:
-        tables = (self.errors, self.seen, self.limits)
-        return "\n\n".join([*(str(table) for table in tables if table.rows), *self._words()])
-
-    def _repr_html_(self) -> str:
-        tables = [table for table in (self.errors, self.seen, self.limits) if table.rows]
-        words = [f"<p>{escape(text)}</p>" for text in self._words()]
-        return "".join([*(table._repr_html_() for table in tables), *words])
+    def _tables(self) -> list[Experiment]:
+        return [table for table in (self.errors, self.seen, self.limits) if table.rows]
 
     def _words(self) -> list[str]:
         notes = dict.fromkeys(row.note for row in self.rows if row.note)
-        left = [
+        lines = [
             f"{note}: {'; '.join(row.name for row in self.rows if row.note == note)}."
             for note in notes
         ]
-        return [*left, *self.notes]
+        return [*lines, *self.notes]
 
 
 def _data(row: Treated) -> dict[str, Any]:
-    def numbers(found: Measured | None) -> dict[str, Any] | None:
-        if found is None:
-            return None
-        values = (found.predicted, found.exact, found.simulated, found.allowed)
-        names = ("predicted", "exact", "simulated", "allowed")
-        return {
-            **{name: _finite(value) for name, value in zip(names, values, strict=True)},
-            "agrees": bool(found.agrees),
-            "reason": found.reason,
-        }
+    def numbers(measured: Measured | None) -> dict[str, Any] | None:
+        return None if measured is None else {name: measured.data()[name] for name in NUMBERS}
 
     remedy = row.remedy
     return {
@@ -194,7 +167,3 @@ def _data(row: Treated) -> dict[str, Any]:
         "gain_limit": numbers(row.limit),
         "note": row.note,
     }
-
-
-def _finite(value: Value | None) -> float | None:
-    return None if value is None or not math.isfinite(value.real) else float(value.real)

@@ -16,15 +16,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl import timing
+
 Polynomial = NDArray[np.inexact[Any]]
 
-WHOLE = 1e-6  #: periods, by which a latency may miss a whole number of them
 ON_CIRCLE = 1e-6  #: how far from the unit circle rounding puts a root that is on it
 NOTHING = 1e-9  #: per frame, a gain that only rounding makes
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class GainPencil:
     """P(z) + λ Q(z) = 0, coefficients with the highest power first, λ in s⁻¹."""
 
     P: Polynomial
@@ -66,45 +67,47 @@ class Held:
         size = np.abs(both).max()
         while len(both) > 1 and abs(np.polyval(both, 1)) < 1e-12 * size:
             both = np.polydiv(both, [1.0, -1.0])[0]
-        found: list[float] = []
+        gains: list[float] = []
         for z in np.roots(both):
             if abs(abs(z) - 1) > ON_CIRCLE:
                 continue
-            at = np.polyval(Q, z / abs(z))
-            gain = float(np.real(-np.polyval(P, z / abs(z)) / at)) if at else 0.0
+            value = np.polyval(Q, z / abs(z))
+            gain = float(np.real(-np.polyval(P, z / abs(z)) / value)) if value else 0.0
             if gain > NOTHING * np.abs(P).max() / np.abs(Q).max():
-                found.append(gain)
-        rising = sorted(found)
-        apart = [b - a > 1e-9 * b for a, b in zip([0.0, *rising], rising, strict=False)]
-        return [gain for gain, new in zip(rising, apart, strict=True) if new]
+                gains.append(gain)
+        rising = sorted(gains)
+        is_new = [b - a > 1e-9 * b for a, b in zip([0.0, *rising], rising, strict=False)]
+        return [gain for gain, new in zip(rising, is_new, strict=True) if new]
 
 
-def plain(latency: float, period: float, kappa: complex = 1.0) -> Held:
+def plain(latency: float, period: float, kappa: complex = 1.0) -> GainPencil:
     """Figure 1: z^{d+1} − z^d + κλTₛ for a latency (s) of d frames of `period` (s)."""
-    n, late = _late(latency / period)
-    return Held(np.polymul(_power(n), [1.0, -1.0]), kappa * period * late)
+    n, delay = _delay(latency / period)
+    return GainPencil(np.polymul(_power(n), [1.0, -1.0]), kappa * period * delay)
 
 
-def integral(latency: float, period: float, T_i: float, kappa: complex = 1.0) -> Held:
+def integral(latency: float, period: float, T_i: float, kappa: complex = 1.0) -> GainPencil:
     """With the gain λ(1 + 1/(Tᵢs)), whose integral is the sum up to the frame of now; Tᵢ in s."""
-    n, late = _late(latency / period)
+    n, delay = _delay(latency / period)
     law = np.array([1.0 + period / T_i, -1.0])  # (z − 1) + (Tₛ/Tᵢ) z
-    return Held(np.polymul(_power(n), [1.0, -2.0, 1.0]), kappa * period * np.polymul(late, law))
+    return GainPencil(
+        np.polymul(_power(n), [1.0, -2.0, 1.0]), kappa * period * np.polymul(delay, law)
+    )
 
 
-def predicted(latency: float, period: float, tau_hat: float, kappa: complex = 1.0) -> Held:
+def predicted(latency: float, period: float, tau_hat: float, kappa: complex = 1.0) -> GainPencil:
     """With a Smith predictor that believes in a latency τ̂ (s).
 
     1 + λTₛ [κ z^{−d}/(z − 1) + Σ_{j ≤ d̂} z^{−j}] = 0; of τ̂ between two frames the last twist of
     the sum has the share that is left.
     """
-    n, late = _late(latency / period)
+    n, delay = _delay(latency / period)
     shares = _shares(tau_hat / period)
     most = max(n, len(shares))
     model = np.polymul(np.concatenate([[0.0], shares]), _power(most - len(shares)))
-    measured = kappa * np.polymul(late, _power(most - n))
+    measured = kappa * np.polymul(delay, _power(most - n))
     loop = np.polyadd(measured, np.polymul([1.0, -1.0], model))
-    return Held(np.polymul(_power(most), [1.0, -1.0]), period * loop)
+    return GainPencil(np.polymul(_power(most), [1.0, -1.0]), period * loop)
 
 
 def _power(n: int) -> Polynomial:
@@ -112,17 +115,13 @@ def _power(n: int) -> Polynomial:
     return np.concatenate([[1.0], np.zeros(n)])
 
 
-def _late(periods: float) -> tuple[int, Polynomial]:
+def _delay(periods: float) -> tuple[int, Polynomial]:
     """n and 1 + f (z − 1) of the delay z⁻ⁿ (1 + f (z − 1)), f = n − d the part of a frame left."""
-    nearest = round(periods)
-    n = nearest if abs(periods - nearest) <= WHOLE else math.ceil(periods)
-    f = n - periods if n != nearest or abs(periods - nearest) > WHOLE else 0.0
-    return n, np.array([f, 1.0 - f]) if f else np.array([1.0])
+    d, share = timing.split(periods)
+    return (d + 1, np.array([1.0 - share, share])) if share else (d, np.ones(1))
 
 
 def _shares(periods: float) -> Polynomial:
     """How much of a frame each of the last twists acts in τ̂, the latest first."""
-    nearest = round(periods)
-    if abs(periods - nearest) <= WHOLE:
-        return np.ones(nearest)
-    return np.array([1.0] * int(periods) + [periods - int(periods)])
+    full, share = timing.split(periods)
+    return np.array([1.0] * full + [share] * (share > 0))

@@ -19,18 +19,16 @@ from numpy.typing import NDArray
 
 from vsctrl import loop
 from vsctrl.servo import Scenario
-from vsctrl.study.experiments.experiment import Experiment, Measured, Value, number
+from vsctrl.study.experiments.experiment import Experiment, Measured
 from vsctrl.study.modes import (
-    Kind,
     characteristic,
     dominant,
+    eigen_directions,
+    eigenvalues,
     gain_limit,
-    kinds,
-    latency,
-    ratios,
-    released,
     scales,
 )
+from vsctrl.study.runs import latency, released
 from vsctrl.symbols import kappa, lam, tau
 
 Array = NDArray[np.float64]
@@ -46,11 +44,7 @@ class DecayModes(Experiment):
     """Dominant modes in rad/s, decay rate ± j frequency: W₀(−κλτ)/τ, ln z/Tₛ, and as fitted."""
 
     title: ClassVar[str] = "dominant mode of a small offset, rad/s: −rate + frequency j"
-    columns: ClassVar[tuple[str, str, str]] = ("continuous", "sampled", "6-DOF")
-
-    def shown(self, value: Value | None) -> str:
-        """A mode as a complex number to five digits after the point."""
-        return number(value, "+.5f")
+    form: ClassVar[str] = "+.5f"
 
 
 def decay_modes(scenario: Scenario, gains: tuple[float, ...] | None = None) -> DecayModes:
@@ -63,12 +57,12 @@ def decay_modes(scenario: Scenario, gains: tuple[float, ...] | None = None) -> D
     frame or two have no rate, and no row. Agreement is asked with the sampled mode.
     Errors: `InputError` where the latency is no whole number of frames, or a gain not above 0.
     """
-    period, late = scenario.vision.period, scenario.vision.latency
+    period, latency_s = scenario.vision.period, scenario.vision.latency
     latency(scenario)
     if gains is None:
-        worst = max(abs(mu) for mu in ratios(scenario))
+        worst = max(abs(mu) for mu in eigenvalues(scenario))
         limit = gain_limit(scenario)
-        fastest = float(loop.fastest_gain(late, period=period, kappa=worst))
+        fastest = float(loop.fastest_gain(latency_s, period=period, kappa=worst))
         own = (scenario.law.lam,) if scenario.law.lam < limit else ()
         gains = (*own, fastest, *(share * limit for share in SHARES))
     rows = [row for gain in dict.fromkeys(gains) for row in _rows(scenario.with_(lam=gain))]
@@ -77,24 +71,24 @@ def decay_modes(scenario: Scenario, gains: tuple[float, ...] | None = None) -> D
 
 def _rows(scenario: Scenario) -> list[Measured]:
     rows: list[Measured] = []
-    for kind in kinds(scenario):
-        if kind.ratio.imag:
+    for each in eigen_directions(scenario):
+        if each.eigenvalue.imag:
             continue  # offsets turn into one another, so that none has a mode of its own
-        polynomial = characteristic(scenario, kind.ratio.real)
+        polynomial = characteristic(scenario, each.eigenvalue.real)
         z = dominant(polynomial)
         if abs(z) < DEADBEAT:
             continue
-        lag = _odd_lag(scenario, kind)
-        found = None if lag is None else dominant(_recurrence(lag, scenario))
-        period, (apart, double) = scenario.vision.period, _root_error(polynomial, z)
+        lag = _odd_lag(scenario, each.direction)
+        root = None if lag is None else dominant(_recurrence(lag, scenario))
+        period, (error, double) = scenario.vision.period, _root_error(polynomial, z)
         power = "their square root, at a double root" if double else "divided by the slope there"
         rows.append(
             Measured(
-                case=f"λ = {scenario.law.lam:.4g} s⁻¹{f', {kind.name}' if kind.name else ''}",
-                predicted=_continuous(scenario, kind.ratio.real),
+                case=f"λ = {scenario.law.lam:.4g} s⁻¹{f', {each.name}' if each.name else ''}",
+                predicted=_continuous(scenario, each.eigenvalue.real),
                 exact=cmath.log(z) / period,
-                simulated=cmath.log(found) / period if found else None,
-                allowed=apart / (abs(z) * period),
+                simulated=cmath.log(root) / period if root else None,
+                allowed=error / (abs(z) * period),
                 reason=f"coefficients fitted to 1e−8, {power}",
                 note="the run ended before the fit" if lag is None else "",
             )
@@ -102,10 +96,10 @@ def _rows(scenario: Scenario) -> list[Measured]:
     return rows
 
 
-def _odd_lag(scenario: Scenario, kind: Kind) -> Array | None:
+def _odd_lag(scenario: Scenario, direction: Array) -> Array | None:
     """Lags after two opposite offsets, half their difference: bends of second order cancel."""
     unit, frames = scales(scenario), 8 * (scenario.latency_frames + 1) + 30
-    along = OFFSET * kind.direction
+    along = OFFSET * direction
     both = [released(scenario, side * along, frames) for side in (1, -1)]
     if not all(run.status.ok for run in both):
         return None
@@ -133,8 +127,8 @@ def _root_error(polynomial: NDArray[np.inexact[Any]], z: complex) -> tuple[float
 
 def _continuous(scenario: Scenario, ratio: float) -> complex:
     """The dominant pole of figure 1 in continuous time, −κλ without latency."""
-    late = scenario.vision.latency
-    if not late:
+    latency_s = scenario.vision.latency
+    if not latency_s:
         return complex(-ratio * scenario.law.lam)
-    pole = complex(loop.pole().subs({kappa: ratio, lam: scenario.law.lam, tau: late}))
+    pole = complex(loop.pole().subs({kappa: ratio, lam: scenario.law.lam, tau: latency_s}))
     return complex(pole.real, abs(pole.imag))

@@ -7,11 +7,11 @@ why. Making rows is left to the experiments.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from html import escape
-from typing import ClassVar
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
 
 from vsctrl.servo import Scenario
+from vsctrl.tables import Printed, finite, fitting, html, plain, text
 
 Value = float | complex
 
@@ -39,72 +39,70 @@ class Measured:
         """How far the simulation is from exact theory, in their unit; infinite without one."""
         if self.simulated is None:
             return math.inf
-        apart = abs(self.simulated - self.exact)
-        return apart if math.isfinite(apart) else math.inf
+        difference = abs(self.simulated - self.exact)
+        return difference if math.isfinite(difference) else math.inf
 
     @property
     def agrees(self) -> bool:
         """Whether the disagreement is within what is allowed."""
         return self.disagreement <= self.allowed
 
+    def data(self) -> dict[str, Any]:
+        """The row as JSON takes it, in the experiment's unit; complex numbers as two parts."""
+        known = {field.name: plain(getattr(self, field.name)) for field in fields(self)}
+        disagreement, agrees = finite(self.disagreement), bool(self.agrees)
+        return known | {"disagreement": disagreement, "agrees": agrees}
 
-@dataclass(frozen=True)
-class Experiment:
+
+@dataclass(frozen=True, repr=False)
+class Experiment(Printed):
     """The rows of one experiment, and whether all of them agree."""
 
     scenario: Scenario
     rows: tuple[Measured, ...]
 
     title: ClassVar[str]
-    columns: ClassVar[tuple[str, str, str]]  #: names of predicted, exact and simulated
+    #: Names of predicted, exact and simulated.
+    columns: ClassVar[tuple[str, str, str]] = ("continuous", "sampled", "6-DOF")
+    scale: ClassVar[float] = 1.0  #: from SI units to those of the title
+    form: ClassVar[str] = "+.4f"  #: of a value in the unit of the title
 
     @property
     def agrees(self) -> bool:
         """Whether every row agrees."""
         return all(row.agrees for row in self.rows)
 
-    @property
-    def worst(self) -> Measured:
-        """The row that uses most of what it is allowed, or goes farthest beyond it."""
-        return max(self.rows, key=lambda row: row.disagreement / row.allowed)
-
     def shown(self, value: Value | None) -> str:
         """A value as the table prints it, a dash where there is none."""
-        return number(value, "+.4f")
+        return number(None if value is None else self.scale * value, self.form)
 
     def distance(self, value: float) -> str:
         """A disagreement or what is allowed of it, in the unit of the values shown."""
-        return f"{value:.1e}" if math.isfinite(value) else "–"
+        return f"{self.scale * value:.1e}" if math.isfinite(value) else "–"
 
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
+    def data(self) -> dict[str, Any]:
+        """The table as JSON takes it; the title names the unit."""
+        return {
+            "title": self.title,
+            "columns": dict(zip(("predicted", "exact", "simulated"), self.columns, strict=True)),
+            "agrees": bool(self.agrees),
+            "rows": [row.data() for row in self.rows],
+        }
 
     def __str__(self) -> str:
-        body = [self._cells(row) for row in self.rows]
-        table = [self._head(), *body]
-        widths = [max(len(line[column]) for line in table) for column in range(6)]
-        lines = []
-        for cells in table:
-            texts = [cells[0].ljust(widths[0])]
-            texts += [text.rjust(width) for text, width in zip(cells[1:6], widths[1:], strict=True)]
-            lines.append("  ".join([*texts, cells[6].ljust(8), cells[7]]).rstrip())
-        return "\n".join([self.title, *lines, *self._foot()])
+        lines = [self._head(), *map(self._cells, self.rows)]
+        form = fitting(lines, "<>>>>>") + "  {:8}  {}"
+        return "\n".join([self.title, text(lines, form), *self._foot()])
 
     def _repr_html_(self) -> str:
-        def line(tag: str, cells: list[str]) -> str:
-            return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
-
-        body = "".join(line("td", self._cells(row)) for row in self.rows)
-        caption = f"<caption>{escape(self.title)}</caption>"
-        foot = "".join(f"<p>{escape(text)}</p>" for text in self._foot())
-        return f"<table>{caption}{line('th', self._head())}{body}</table>{foot}"
+        rows = map(self._cells, self.rows)
+        return html(rows, heads=self._head(), caption=self.title, remarks=self._foot())
 
     @property
     def _reason(self) -> str:
         """Where what is allowed comes from, if that is the same in all rows; else empty."""
-        found = {row.reason for row in self.rows}
-        return found.pop() if len(found) == 1 and len(self.rows) > 1 else ""
+        reasons = {row.reason for row in self.rows}
+        return reasons.pop() if len(reasons) == 1 and len(self.rows) > 1 else ""
 
     def _head(self) -> list[str]:
         noted = not self._reason or any(row.note for row in self.rows)
@@ -128,10 +126,10 @@ class Experiment:
 def number(value: Value | None, form: str) -> str:
     """A number in the given format, a complex one with its imaginary part if that shows.
 
-    A dash where there is none, and never a negative zero.
+    A dash where there is none, ∞ where nothing limits, and never a negative zero.
     """
-    if value is None:
-        return "–"
+    if value is None or math.isinf(value.real):
+        return "–" if value is None else "∞"
     real, imag = (_unsigned_zero(format(part, form)) for part in (value.real, value.imag))
     return real if float(imag) == 0 else f"{real}{imag}j"
 

@@ -16,14 +16,15 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl import loop
+from vsctrl import loop, timing
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured, Value
-from vsctrl.study.modes import nearest_depth, run, settling, sideways_ratio
+from vsctrl.study.modes import nearest_depth, sideways_ratio
+from vsctrl.study.runs import run, settling
+from vsctrl.study.sine_fit import sine_fit
 from vsctrl.symbols import T_s, d, k_ff, kappa, lam, omega, s, tau
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 AMPLITUDE = 0.02  #: of the motion, in nearest depths
@@ -50,7 +51,6 @@ class SineResponse(Experiment):
     rows: tuple[SineRow, ...]
 
     title: ClassVar[str] = "error of a sideways sine, as a share of the motion: amplitude ∠ phase"
-    columns: ClassVar[tuple[str, str, str]] = ("continuous", "sampled", "6-DOF")
 
     def shown(self, value: Value | None) -> str:
         """Amplitude to five digits after the point, phase to a hundredth of a degree."""
@@ -89,11 +89,11 @@ def sine_response(scenario: Scenario, omega: ArrayLike | None = None) -> SineRes
 
 
 def _row(scenario: Scenario, feedforward: bool, w: float) -> SineRow:
-    frames, left = settling(scenario, "error")
+    frames, remaining = settling(scenario, "error")
     exact = _theory(scenario, feedforward, held=True)(w)
     amplitude, cycle = AMPLITUDE * nearest_depth(scenario), 2 * math.pi / w
-    tail = max(SEEN, math.ceil(cycle / 2 / scenario.vision.period))
-    found = run(
+    tail = max(SEEN, timing.first_frame(cycle / 2, scenario.vision.period))
+    result = run(
         scenario,
         frames + tail,
         kind="oscillation",
@@ -105,26 +105,19 @@ def _row(scenario: Scenario, feedforward: bool, w: float) -> SineRow:
         k_ff=_gain(scenario, feedforward),
     )
     simulated = None
-    if found.status.ok:
-        simulated = _fitted(found.t[frames:], found.lag[frames:, 0] / amplitude, w)
+    if result.status.ok:
+        simulated = sine_fit(result.t[frames:], result.lag[frames:, 0] / amplitude, w)
     return SineRow(
         case=f"ω = {w:.4g} rad/s, {'with' if feedforward else 'without'} feed-forward",
         predicted=_theory(scenario, feedforward, held=False)(w),
         exact=exact,
         simulated=simulated,
-        allowed=(ROUNDING + 10 * left) * (1 + abs(exact)),
+        allowed=(ROUNDING + 10 * remaining) * (1 + abs(exact)),
         reason=REASON,
-        note="" if found.status.ok else f"the run ended: {found.status.kind}",
+        note="" if result.status.ok else f"the run ended: {result.status.kind}",
         omega=w,
         feedforward=feedforward,
     )
-
-
-def _fitted(t: Array, error: Array, w: float) -> complex:
-    """a + jb of the sine a sin ωt + b cos ωt that fits best: the answer to sin ωt."""
-    basis = np.stack([np.sin(w * t), np.cos(w * t)], axis=-1)
-    a, b = np.linalg.lstsq(basis, error, rcond=None)[0]
-    return complex(a, b)
 
 
 def _gain(scenario: Scenario, feedforward: bool) -> float:
@@ -133,11 +126,11 @@ def _gain(scenario: Scenario, feedforward: bool) -> float:
 
 def _theory(scenario: Scenario, feedforward: bool, held: bool) -> Callable[[float], complex]:
     """E/S* of figure 1 over ω, in continuous time or with the velocity held over a frame."""
-    law, period, late = scenario.law, scenario.vision.period, scenario.vision.latency
+    law, period, latency = scenario.law, scenario.vision.period, scenario.vision.latency
     values = {kappa: sideways_ratio(scenario), lam: law.lam, k_ff: _gain(scenario, feedforward)}
     if held:
         sampled = loop.sampled_sine_error(law.placement)
         sampled = sampled.subs(values | {T_s: period, d: scenario.latency_frames})
         return lambda w: complex(sampled.subs(omega, w))
-    continuous = loop.tracking_transfer(law.placement).subs(values | {tau: late})
+    continuous = loop.tracking_transfer(law.placement).subs(values | {tau: latency})
     return lambda w: complex(continuous.subs(s, 1j * w))

@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 
 from vsctrl import loop
 from vsctrl.servo import Scenario
-from vsctrl.study.experiments.experiment import Experiment, Measured, Value, number
-from vsctrl.study.modes import calibration, run, scales, settling
+from vsctrl.study.experiments.experiment import Experiment, Measured
+from vsctrl.study.modes import calibration, scales
+from vsctrl.study.runs import run, settling
 
 Array = NDArray[np.float64]
 
@@ -85,14 +86,7 @@ class MatrixLaw(Experiment):
         "steady lag by the matrix law, mm, + ahead, − behind; rotations count at the nearest depth"
     )
     columns: ClassVar[tuple[str, str, str]] = ("6-DOF as run", "matrix law", "6-DOF, T* → 0")
-
-    def shown(self, value: Value | None) -> str:
-        """A length in mm to the tenth of a micrometre."""
-        return number(None if value is None else 1e3 * value, "+.4f")
-
-    def distance(self, value: float) -> str:
-        """A length in mm."""
-        return super().distance(1e3 * value)
+    scale: ClassVar[float] = 1e3
 
 
 def matrix_law(
@@ -123,23 +117,23 @@ def matrix_law(
     return MatrixLaw(scenario, tuple(rows), ratio, phi)
 
 
-def _other_than_1(given: float | None, own: float, else_: float) -> float:
-    if given is not None:
-        return given
+def _other_than_1(ratio: float | None, own: float, else_: float) -> float:
+    if ratio is not None:
+        return ratio
     return own if own != 1 else else_
 
 
 def _row(scenario: Scenario, motion: str) -> LagRow:
     law, unit = scenario.law, scales(scenario)
-    frames, left = settling(scenario, "lag")
+    frames, remaining = settling(scenario, "lag")
     twist = np.array(MOTIONS[motion]) * unit * WAY / (frames * scenario.vision.period)
     M, focal = calibration(scenario), scenario.calibration.focal_ratio
     values = {"lam": law.lam, "k_ff": law.k_ff, "tau": scenario.vision.latency}
     expected = np.asarray(loop.steady_lag(loop.diagram(law.placement), M, twist, **values))
     start = size(twist, unit) * (1 / law.lam + scenario.vision.latency)
-    allowed = 10 * left * start + ROUNDING * float(unit[0])
+    allowed = 10 * remaining * start + ROUNDING * float(unit[0])
 
-    lags = [_lag(scenario, twist / share, frames) for share in SHARES]
+    lags = [_lag(scenario, twist / divisor, frames) for divisor in SHARES]
     known = [lag for lag in lags if lag is not None]
     failed = len(known) < len(lags)
     as_run = linear = curvature = order = None
@@ -148,8 +142,8 @@ def _row(scenario: Scenario, motion: str) -> LagRow:
         as_run = linear = known[0]
         curvature = size(as_run - expected, unit)
         if motion != EXACT:
-            linear, apart = _extrapolated(known)
-            allowed += size(apart, unit)
+            linear, last_step = _extrapolated(known)
+            allowed += size(last_step, unit)
             rest = size(known[1] - expected / SHARES[1], unit)
             order = math.log2(curvature / rest) if curvature > 10 * allowed and rest else None
             reason = _bend(curvature, order)
@@ -198,7 +192,7 @@ def _extrapolated(lags: list[Array]) -> tuple[Array, Array]:
     `lags` are those at 1, 1/2, 1/4, … of the twist. The lag per twist is a power series in it, and
     each pass removes the lowest power left.
     """
-    table = [share * lag for share, lag in zip(SHARES, lags, strict=True)]
+    table = [divisor * lag for divisor, lag in zip(SHARES, lags, strict=True)]
     before = table[-1]
     for power in range(1, len(lags)):
         before = table[-1]
@@ -212,8 +206,8 @@ def _extrapolated(lags: list[Array]) -> tuple[Array, Array]:
 def _lag(scenario: Scenario, twist: Array, frames: int) -> Array | None:
     """The lag at the end of a run with a constant twist, None where the run failed."""
     V, Omega = tuple(twist[:3].tolist()), tuple(twist[3:].tolist())
-    found = run(scenario, frames, kind="screw", V=V, Omega=Omega)
-    return found.lag[-1] if found.status.ok else None
+    result = run(scenario, frames, kind="screw", V=V, Omega=Omega)
+    return result.lag[-1] if result.status.ok else None
 
 
 def size(twist: Array, unit: Array) -> float:

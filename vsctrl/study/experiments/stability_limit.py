@@ -18,8 +18,9 @@ from scipy.optimize import brentq
 from vsctrl import loop
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
-from vsctrl.study.experiments.experiment import Experiment, Measured, Value, number
-from vsctrl.study.modes import gain_limit, kinds, latency, ratios, released, scales
+from vsctrl.study.experiments.experiment import Experiment, Measured
+from vsctrl.study.modes import eigen_directions, eigenvalues, gain_limit, scales
+from vsctrl.study.runs import latency, released
 
 Array = NDArray[np.float64]
 
@@ -41,11 +42,7 @@ class StabilityEdge(Experiment):
     """Gain limits λ_max in s⁻¹: π/(2κτ), 2 sin(π/(2(2d + 1)))/(κTₛ), and as it was found."""
 
     title: ClassVar[str] = "gain limit found by letting the camera go beside its reference, s⁻¹"
-    columns: ClassVar[tuple[str, str, str]] = ("continuous", "sampled", "6-DOF")
-
-    def shown(self, value: Value | None) -> str:
-        """A gain to six digits after the point."""
-        return "∞" if value is not None and math.isinf(value.real) else number(value, ".6f")
+    form: ClassVar[str] = ".6f"
 
 
 def stability_edge(
@@ -68,41 +65,56 @@ def stability_edge(
     cases = [(d, scenario.law.depth_ratio) for d in frames]
     cases += [(own, ratio) for ratio in depth_ratios]
     period = scenario.vision.period
-    late = [scenario.with_(latency=d * period, depth_ratio=ratio) for d, ratio in cases]
-    return StabilityEdge(scenario, tuple(_row(case) for case in late))
+    scenarios = [scenario.with_(latency=d * period, depth_ratio=ratio) for d, ratio in cases]
+    return StabilityEdge(scenario, tuple(_row(case) for case in scenarios))
 
 
 def _row(scenario: Scenario) -> Measured:
     d, ratio = scenario.latency_frames, scenario.law.depth_ratio
     exact = gain_limit(scenario)
-    late, period = scenario.vision.latency, scenario.vision.period
-    offsets = apart(scenario, lambda mu: float(loop.gain_limit(late, period=period, kappa=mu)))
-    frames = FRAMES * (LONGER if any(mu.imag for mu in ratios(scenario)) else 1)
+    tau, period = scenario.vision.latency, scenario.vision.period
+    frames = FRAMES * (LONGER if any(mu.imag for mu in eigenvalues(scenario)) else 1)
 
-    def rate(gain: float) -> float:
-        return max(growth(scenario, gain, along, frames=frames) for along in offsets)
+    def expected(mu: complex) -> float:
+        return float(loop.gain_limit(tau, period=period, kappa=mu))
 
-    found = search(rate, FIRST / period)
+    limit = simulated_limit(scenario, expected, WIDTH, frames=frames)
     return Measured(
         case=f"{d} frame{'' if d == 1 else 's'} late, depth ratio {ratio:g}",
         predicted=gain_limit(scenario, sampled=False),
         exact=exact,
-        simulated=found,
+        simulated=limit,
         allowed=ALLOWED * exact,
         reason=REASON,
-        note="" if found is not None else "no change between growth and decay at any gain tried",
+        note="" if limit is not None else "no change between growth and decay at any gain tried",
     )
 
 
-def apart(scenario: Scenario, limit: Callable[[complex], float]) -> tuple[Array, ...]:
+def simulated_limit(
+    scenario: Scenario, expected: Callable[[complex], float], width: float, **options: Any
+) -> float | None:
+    """The gain (s⁻¹) at which a small offset neither grows nor decays, to `width` of it.
+
+    `expected`: the limit by theory for an eigenvalue of M; `options`: of `growth`. None where there
+    is no such gain.
+    """
+    offsets = offsets_of(scenario, expected)
+
+    def rate(gain: float) -> float:
+        return max(growth(scenario, gain, along, **options) for along in offsets)
+
+    return search(rate, FIRST / scenario.vision.period, width=width)
+
+
+def offsets_of(scenario: Scenario, limit: Callable[[complex], float]) -> tuple[Array, ...]:
     """The offsets, (6,) in depths and rad, to let the camera go at, one after the other.
 
     All directions at once, or those of which `limit` of their κ is nearly the least one by one:
     modes that are nearly as slow as the slowest would take as long to die out beside it.
     """
-    found = [(limit(kind.ratio), kind) for kind in kinds(scenario)]
-    least = min(value for value, _ in found)
-    near = tuple(kind.direction for value, kind in found if value <= NEAR * least)
+    limits = [(limit(each.eigenvalue), each.direction) for each in eigen_directions(scenario)]
+    least = min(value for value, _ in limits)
+    near = tuple(direction for value, direction in limits if value <= NEAR * least)
     return near if len(near) > 1 else (scales(scenario),)
 
 
@@ -150,8 +162,8 @@ def growth(
         return float(size[out[0]] / out[0])
     if not run.status.ok:
         return math.log(GROWN) / len(size)
-    late = size[len(size) // 3 :]
-    k = np.linspace(-1, 1, len(late))
+    later = size[len(size) // 3 :]
+    k = np.linspace(-1, 1, len(later))
     weight = np.cos(np.pi * k / 2) ** 2
-    slope = (weight * k) @ late / ((weight * k) @ k)
-    return float(slope * 2 / (len(late) - 1))
+    slope = (weight * k) @ later / ((weight * k) @ k)
+    return float(slope * 2 / (len(later) - 1))

@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from html import escape
-from typing import TypeVar
+from typing import Any, TypeVar
 
+from vsctrl import tables
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.study.experiments.dominant_mode import DecayModes, decay_modes
 from vsctrl.study.experiments.frequency_response import SineResponse, sine_response
 from vsctrl.study.experiments.matrix_law import MatrixLaw, matrix_law
 from vsctrl.study.experiments.stability_limit import StabilityEdge, stability_edge
-from vsctrl.study.modes import latency
+from vsctrl.study.runs import latency
 from vsctrl.study.tracking.comparison import Comparison, validate
 
 P = TypeVar("P")
 Part = Comparison | StabilityEdge | DecayModes | MatrixLaw | SineResponse
 
 
-@dataclass(frozen=True)
-class Validation:
+@dataclass(frozen=True, repr=False)
+class Validation(tables.Tables):
     """What was compared, and in `left_out` why something was not, by its name."""
 
     scenario: Scenario
@@ -35,32 +35,33 @@ class Validation:
     @property
     def parts(self) -> tuple[Part, ...]:
         """The experiments that there are, in the order of the table."""
-        found = (self.ramp, self.edge, self.decay, self.matrix, self.sine)
-        return tuple(part for part in found if part is not None)
+        parts = (self.ramp, self.edge, self.decay, self.matrix, self.sine)
+        return tuple(part for part in parts if part is not None)
 
     @property
     def agrees(self) -> bool:
         """Whether nothing disagrees."""
         return all(part.agrees is not False for part in self.parts)
 
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
+    def data(self) -> dict[str, Any]:
+        """Every experiment as JSON takes it, and why others were left out."""
+        names = ("ramp", "edge", "decay", "matrix", "sine")
+        parts = {name: getattr(self, name) for name in names}
+        return {
+            "agrees": bool(self.agrees),
+            **{name: part.data() for name, part in parts.items() if part is not None},
+            "left_out": self.left_out,
+        }
 
-    def __str__(self) -> str:
+    def _tables(self) -> tuple[Part, ...]:
+        return self.parts
+
+    def _words(self) -> list[str]:
         missing = [f"{name} left out: {why}" for name, why in self.left_out.items()]
-        return "\n\n".join([*map(str, self.parts), *missing, self._verdict])
-
-    def _repr_html_(self) -> str:
-        missing = [f"{name} left out: {why}" for name, why in self.left_out.items()]
-        words = [f"<p>{escape(text)}</p>" for text in (*missing, self._verdict)]
-        return "".join([*(part._repr_html_() for part in self.parts), *words])
-
-    @property
-    def _verdict(self) -> str:
         rows = [row for part in self.parts for row in part.rows if row.agrees is not None]
         wrong = sum(not row.agrees for row in rows)
-        return f"{len(rows) - wrong} of {len(rows)} rows agree." + " SOME DO NOT." * bool(wrong)
+        verdict = f"{len(rows) - wrong} of {len(rows)} rows agree." + " SOME DO NOT." * bool(wrong)
+        return [*missing, verdict]
 
 
 def validate_all(

@@ -17,9 +17,9 @@ from vsctrl.study.statements.platform import conclusion, platform
 from vsctrl.study.statements.rotation import rotation, sign
 from vsctrl.study.statements.runs import Bench, Pair, Traces
 from vsctrl.study.statements.slide import slide
-from vsctrl.study.statements.statement import Case, Statement, Statements
+from vsctrl.study.statements.statement import Statement, Statements, Trial
 
-__all__ = ["Bench", "Case", "Pair", "Statement", "Statements", "Traces", "about", "statements"]
+__all__ = ["Bench", "Pair", "Statement", "Statements", "Traces", "Trial", "about", "statements"]
 
 
 @cache

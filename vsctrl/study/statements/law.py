@@ -11,7 +11,7 @@ from typing import Any
 from vsctrl import loop, paper
 from vsctrl.servo import Scenario
 from vsctrl.study.statements.runs import Bench
-from vsctrl.study.statements.statement import Case, Statement, shown
+from vsctrl.study.statements.statement import Statement, Trial, shown
 
 NOTHING = 0.05  #: mm: what counts as no error, the repeatability of a good robot
 NEAR = 0.1  #: share within which a rate or an exponent counts as the one that is claimed
@@ -38,7 +38,7 @@ def _decay(bench: Bench, slide: Scenario) -> Statement:
         return float(math.log(x[first] / x[second]) / ((second - first) * period))
 
     cases = tuple(
-        Case(name, found := rate(**changes), abs(found / lam - 1) < NEAR)
+        Trial(name, found := rate(**changes), abs(found / lam - 1) < NEAR)
         for name, changes in LATENCIES
     )
     fastest = float(loop.fastest_gain(tau, period=period))
@@ -57,11 +57,11 @@ def _decay(bench: Bench, slide: Scenario) -> Statement:
 
 def _zero(bench: Bench, slide: Scenario) -> Statement:
     cases = tuple(
-        Case(name, found := 1e3 * bench.lag(slide.with_(**changes)), abs(found) < NOTHING)
+        Trial(name, found := 1e3 * bench.lag(slide.with_(**changes)), abs(found) < NOTHING)
         for name, changes in (*LATENCIES, ALIGNED)
     )
-    late = bench(slide)
-    true, seen = (float((e[-1] @ e[-1]) ** 0.5) for e in (late.error, late.measured_error))
+    run = bench(slide)
+    true, seen = (float((e[-1] @ e[-1]) ** 0.5) for e in (run.error, run.measured_error))
     null = float(loop.nulling_feedforward(lam=slide.law.lam, tau=slide.vision.latency, kappa=1))
     return Statement(
         where="§2, figure 1",
@@ -87,7 +87,7 @@ def _one_over(bench: Bench, slide: Scenario) -> Statement:
         return math.log2(lags[1] / lags[0])
 
     cases = tuple(
-        Case(name, found := exponent(**changes), abs(found + 1) < NEAR)
+        Trial(name, found := exponent(**changes), abs(found + 1) < NEAR)
         for name, changes in (*LATENCIES, ALIGNED)
     )
     return Statement(
@@ -118,7 +118,7 @@ def _share(bench: Bench) -> Statement:
         ("λ = 5 s⁻¹, 80 ms late", {"lam": 5.0}),
         ("λ = 10 s⁻¹, 80 ms late", {"lam": 10.0}),
     )
-    cases = tuple(Case(n, share := removed(**changes), share > 50) for n, changes in tried)
+    cases = tuple(Trial(n, share := removed(**changes), share > 50) for n, changes in tried)
     return Statement(
         where="§2, (10)",
         says="the derivative term compensates the tracking error “with a large efficiency”",

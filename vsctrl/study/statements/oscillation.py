@@ -7,7 +7,7 @@ import numpy as np
 from vsctrl import paper
 from vsctrl.servo import Run
 from vsctrl.study.statements.runs import Array, Bench, last_outside, random_start, size
-from vsctrl.study.statements.statement import Case, Statement, shown
+from vsctrl.study.statements.statement import Statement, Trial, shown
 
 STARTS = 10  #: random starts that are tried
 REACHED = 1.0  #: px: how near in the image to the undisturbed run counts as there
@@ -34,17 +34,17 @@ def _random(bench: Bench) -> Statement:
         times = []
         for seed in range(STARTS):
             run = bench(base.with_(k_ff=k_ff, offset=random_start(seed)))
-            apart = size(run.features - undisturbed)
-            times.append(last_outside(run.t, apart, REACHED))
+            difference = size(run.features - undisturbed)
+            times.append(last_outside(run.t, difference, REACHED))
         return max(times)
 
-    found = {name: slowest(k_ff) for name, k_ff in (("with", 1.0), ("without", 0.0))}
+    times_s = {name: slowest(k_ff) for name, k_ff in (("with", 1.0), ("without", 0.0))}
     return Statement(
         where="§4.1, figure 7",
         says="the trajectory “starts at random position”",
         claim="forgotten within 3 s",
         unit="s",
-        cases=tuple(Case(f"{n} the term", t, bool(np.isfinite(t))) for n, t in found.items()),
+        cases=tuple(Trial(f"{n} the term", t, bool(np.isfinite(t))) for n, t in times_s.items()),
         sentence=f"Of {STARTS} starts within 6 cm and 4° of the reference this is the slowest. The "
         "derivative term has no part in it. Which start the paper had is not printed.",
         how="simulated oscillation at λ = 5 s⁻¹, time until the image stays within 1 px of that of "
@@ -64,8 +64,8 @@ def _tracking(bench: Bench) -> Statement:
         claim="E with the term / E without < 1/2",
         unit="",
         cases=(
-            Case("E as measured", seen, seen < 0.5),
-            Case("true E", true, true < 0.5),
+            Trial("E as measured", seen, seen < 0.5),
+            Trial("true E", true, true < 0.5),
         ),
         sentence="As measured nothing is left of the error. In truth the camera is "
         f"{lags[0]:.1f} mm ahead instead of {lags[1]:.1f} mm behind: at twice the slide's gain "
@@ -87,7 +87,7 @@ def _static(bench: Bench) -> Statement:
         says="without the derivative term “we have a static error”",
         claim="E varies by < 10 % between turns",
         unit="%",
-        cases=tuple(Case(waveform, value, value < 10) for waveform, value in values.items()),
+        cases=tuple(Trial(waveform, value, value < 10) for waveform, value in values.items()),
         sentence="The waveform is not printed. A static error is that of a reference at constant "
         "speed: a triangle, on which it changes its side at every turn. On a sine it swings.",
         how="simulated without the term, range of E over the second cycle more than 1.5 s after "
@@ -108,8 +108,8 @@ def _first_point(bench: Bench) -> Statement:
         claim="|X1 − X1*| < 5 % of the swing",
         unit="%",
         cases=(
-            Case("with the term", shares[0], shares[0] < 5),
-            Case("without the term", shares[1]),
+            Trial("with the term", shares[0], shares[0] < 5),
+            Trial("without the term", shares[1]),
         ),
         sentence=f"X1* swings by {swing:.0f} px to either side and the camera misses it by "
         f"{off_by[0]:.1f} px with the term, {off_by[1]:.1f} px without: at the scale of figure 8 "
@@ -130,7 +130,7 @@ def _all(bench: Bench) -> Statement:
         says="the results are “exactly the same … for all visual informations”",
         claim="ratio with/without the same in every abscissa, to 1 %",
         unit="%",
-        cases=(Case("X1 … X4", spread, spread < 1),),
+        cases=(Trial("X1 … X4", spread, spread < 1),),
         sentence="The ratio is; the static errors themselves go with 1/z, from "
         f"{static.min():.1f} to {static.max():.1f} px, and the ordinates have none "
         f"({shown(still, 'px')}).",

@@ -10,7 +10,7 @@ from vsctrl import loop, paper
 from vsctrl.servo import Scenario
 from vsctrl.study.statements.law import NOTHING
 from vsctrl.study.statements.runs import Bench, size
-from vsctrl.study.statements.statement import Case, Statement, shown
+from vsctrl.study.statements.statement import Statement, Trial, shown
 
 CLOSE = 0.1  #: share of the slide's length within which a camera is still on its trajectory
 
@@ -28,7 +28,7 @@ def conclusion(bench: Bench) -> tuple[Statement, ...]:
 def _latency() -> Statement:
     vision = paper.sliding().vision
     tau, period = vision.latency, vision.period
-    limits = [float(loop.gain_limit(late, period=period)) for late in (tau, 0.0)]
+    limits = [float(loop.gain_limit(latency, period=period)) for latency in (tau, 0.0)]
     smooth = float(loop.gain_limit(tau))
     return Statement(
         where="§4",
@@ -36,9 +36,9 @@ def _latency() -> Statement:
         claim="largest stable λ",
         unit="s⁻¹",
         cases=(
-            Case("80 ms late, held over 40 ms", limits[0]),
-            Case("no latency, held over 40 ms", limits[1]),
-            Case("80 ms late, continuous time", smooth),
+            Trial("80 ms late, held over 40 ms", limits[0]),
+            Trial("no latency, held over 40 ms", limits[1]),
+            Trial("80 ms late, continuous time", smooth),
         ),
         sentence="Neither time can be checked, and the law (10) does not know of either. Together "
         f"they leave {limits[0] / limits[1]:.0%} of the gain that the loop could have, and "
@@ -65,7 +65,7 @@ def _inaccurate(bench: Bench) -> Statement:
         says="the depth of the LEDs used in visual servoing “is not accurate”, and yet it works",
         claim=f"|lag| with depths 10 % too small < {CLOSE * length:.0f} mm (10 % of the slide)",
         unit="mm",
-        cases=tuple(Case(name, lag, abs(lag) < CLOSE * length) for name, lag in lags.items()),
+        cases=tuple(Trial(name, lag, abs(lag) < CLOSE * length) for name, lag in lags.items()),
         sentence="Feedback forgives wrong depths in L̂. In the reference image (16) nothing does: "
         f"the camera slides at {1e3 * slide.speed / wrong:.1f} mm/s instead of "
         f"{1e3 * slide.speed:.0f} mm/s, with an error of {seen:.1f} px for the law to see and on "
@@ -87,7 +87,7 @@ def _gain(bench: Bench) -> Statement:
         says="λ = 0.1 on the slide (0.2 on the oscillation), without a unit",
         claim=f"|lag without the term| < 10 % of the {length:.0f} mm slide",
         unit="mm",
-        cases=tuple(Case(n, lag, abs(lag) < CLOSE * length) for n, lag in lags.items()),
+        cases=tuple(Trial(n, lag, abs(lag) < CLOSE * length) for n, lag in lags.items()),
         sentence="Figures 5 and 6 show a camera near its trajectory, which only a gain per sample "
         f"gives: λ = {readings['per 40 ms sample']:g} s⁻¹. Per second the camera ends "
         f"{-lags['per second'] / length:.0%} of the slide behind, and falling further.",
@@ -97,24 +97,24 @@ def _gain(bench: Bench) -> Statement:
 
 def _dynamics(bench: Bench) -> Statement:
     """Jumps of the command after the start, as accelerations over one video period."""
-    found = {}
+    jumps = {}
     for waveform in ("triangle", "sine"):
         for name, run in zip(("with", "without"), bench.pair(_oscillation(waveform)), strict=True):
             V, half = run.command[:, 0], run.scenario.motion.duration / 2
             jump = np.abs(np.diff(V))[run.t[1:] > half].max()
-            found[waveform, name] = float(jump / run.scenario.vision.period)
-    gentle = found["triangle", "without"]
+            jumps[waveform, name] = float(jump / run.scenario.vision.period)
+    gentle = jumps["triangle", "without"]
     return Statement(
         where="§4.2, end",
         says="the law cannot be used “in all cases”: the dynamics of the robot must be respected",
         claim="term demands more acceleration than the loop without it",
         unit="m/s²",
         cases=tuple(
-            Case(f"{waveform}, {name} the term", value, _more(value, gentle, waveform, name))
-            for (waveform, name), value in found.items()
+            Trial(f"{waveform}, {name} the term", value, _more(value, gentle, waveform, name))
+            for (waveform, name), value in jumps.items()
         ),
         sentence="The term passes every jump of the reference's velocity on at once: at the "
-        f"triangle's turns {found['triangle', 'with'] / gentle:.1f} times what feedback alone "
+        f"triangle's turns {jumps['triangle', 'with'] / gentle:.1f} times what feedback alone "
         "asks. A smooth reference costs nothing: on the sine both ask the same.",
         how="simulated oscillation, largest change of the commanded velocity between two frames "
         "of the second half, over 40 ms",
@@ -136,7 +136,7 @@ def _validated(bench: Bench) -> Statement:
         "oscillation": paper.oscillation,
         "rotation": paper.rotation,
     }
-    late = {name: 1e3 * bench.lag(make()) for name, make in motions.items()}
+    lags = {name: 1e3 * bench.lag(make()) for name, make in motions.items()}
     aligned = {n: 1e3 * bench.lag(make(placement="aligned")) for n, make in motions.items()}
     worst = max(aligned.values(), key=abs)
     return Statement(
@@ -145,8 +145,8 @@ def _validated(bench: Bench) -> Statement:
         claim="lag with the term = 0 mm",
         unit="mm",
         cases=(
-            *(Case(f"{name}, as built", lag, abs(lag) < NOTHING) for name, lag in late.items()),
-            Case("all three, reference aligned", worst, abs(worst) < NOTHING),
+            *(Trial(f"{name}, as built", lag, abs(lag) < NOTHING) for name, lag in lags.items()),
+            Trial("all three, reference aligned", worst, abs(worst) < NOTHING),
         ),
         sentence="Each camera ends ahead of its reference by the way of 80 ms, whatever the gain. "
         "The law is right; it compares an old image with a new reference.",
@@ -160,19 +160,19 @@ def _depth(bench: Bench) -> Statement:
     slide = paper.sliding()
     lam, tau = slide.law.lam, slide.vision.latency
 
-    def gained(ratio: float, late: float) -> float:
-        there, here = (
-            abs(bench.lag(slide.with_(depth_ratio=rho, latency=late))) for rho in (ratio, 1.0)
+    def gained(ratio: float, latency: float) -> float:
+        wrong, right = (
+            abs(bench.lag(slide.with_(depth_ratio=rho, latency=latency))) for rho in (ratio, 1.0)
         )
-        return 1e3 * (here - there)
+        return 1e3 * (right - wrong)
 
     cases = tuple(
-        Case(f"depths {words}, {1e3 * late:g} ms late", by := gained(ratio, late), by < 0)
-        for late in (0.0, tau)
+        Trial(f"depths {words}, {1e3 * latency:g} ms late", by := gained(ratio, latency), by < 0)
+        for latency in (0.0, tau)
         for ratio, words in ((0.9, "10 % too small"), (1.1, "10 % too large"))
     )
     lucky = 1 / (1 + lam * tau)
-    left = 1e3 * bench.lag(slide.with_(depth_ratio=lucky))
+    lag = 1e3 * bench.lag(slide.with_(depth_ratio=lucky))
     return Statement(
         where="§5, §4",
         says="a better estimation of the depth “should improve the accuracy”",
@@ -180,7 +180,7 @@ def _depth(bench: Bench) -> Statement:
         unit="mm",
         cases=cases,
         sentence="With the late image two errors can cancel: depths that are "
-        f"{1 - lucky:.0%} too small leave a lag of {shown(left, 'mm')}, and getting them right "
+        f"{1 - lucky:.0%} too small leave a lag of {shown(lag, 'mm')}, and getting them right "
         f"brings back the lead of {1e3 * slide.speed * tau:.1f} mm. Calibrate latency first.",
         how="simulated slide with the derivative term, |lag| at right depths minus that at wrong",
     )

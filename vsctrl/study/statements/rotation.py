@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from vsctrl import paper
-from vsctrl.study.statements.runs import EDGE, Bench, last_outside, sideways
-from vsctrl.study.statements.statement import Case, Statement, shown
+from vsctrl.study.statements.runs import EDGE, Bench, last_outside
+from vsctrl.study.statements.slide import beside_path
+from vsctrl.study.statements.statement import Statement, Trial, shown
 
-CLOSE = 0.01  #: share of the arc's length that counts as similar
 BAND = 0.05  #: of the final velocity
 
 
@@ -23,17 +23,17 @@ def sign(bench: Bench) -> tuple[Statement, ...]:
     omega = float(run.scenario.reference.twist(0.0)[4])
     printed = 1e3 * omega * paper.DISTANCE  # ω r̃ d with r along y and d along z
     Vx = 1e3 * float(run.twist[-1, 0])
-    found = Statement(
+    statement = Statement(
         where="§3.2, (17)",
         says="the rotation's velocity is V = ω r̃ d",
         claim=f"Vx = {shown(printed, 'mm/s')}",
         unit="mm/s",
-        cases=(Case("on the reference of (17)", Vx, abs(Vx / printed - 1) < 0.01),),
+        cases=(Trial("on the reference of (17)", Vx, abs(Vx / printed - 1) < 0.01),),
         sentence="The camera that follows (17) about an axis in front of it moves the other way, "
         "V = −ω r̃ d. With the printed sign it would turn about an axis behind itself.",
         how="simulated rotation with the derivative term, velocity at its end; within 1 %",
     )
-    return (found,)
+    return (statement,)
 
 
 def _axis() -> Statement:
@@ -44,7 +44,7 @@ def _axis() -> Statement:
         "the other front edge": (EDGE, -EDGE),
         "centre": (0.0, 0.0),
     }
-    found = {n: float(np.hypot(x - at[0], z - at[1])) for n, at in edges.items()}
+    distances = {n: float(np.hypot(x - edge[0], z - edge[1])) for n, edge in edges.items()}
     printed = paper.DISTANCE
     return Statement(
         where="§4.2",
@@ -52,8 +52,8 @@ def _axis() -> Statement:
         claim=f"distance = {printed:g} m",
         unit="m",
         cases=tuple(
-            Case(name, value, abs(value - printed) < 0.02 if "edge" in name else None)
-            for name, value in found.items()
+            Trial(name, value, abs(value - printed) < 0.02 if "edge" in name else None)
+            for name, value in distances.items()
         ),
         sentence="From the printed start no edge parallel to y is there, nor the cube's centre. "
         "Axis and distance are arguments of the experiment here; 0.8 m along the optical axis is "
@@ -63,20 +63,13 @@ def _axis() -> Statement:
 
 
 def _similar(bench: Bench) -> Statement:
-    base = paper.rotation()
-    bound = CLOSE * base.speed * base.motion.duration
-    cases = []
-    for kind, pair in zip(("clean", "as measured"), bench.traces(base, 1), strict=True):
-        for name, run in zip(("with", "without"), pair, strict=True):
-            off = float(np.abs(sideways(run))[run.t > 3].max())
-            cases.append(Case(f"{name} the term, {kind}", 1e3 * off, off < bound))
-    behind = 1e3 * bench.lag(base.with_(k_ff=0.0))
+    bound, cases, behind = beside_path(bench, paper.rotation())
     return Statement(
         where="§4.2, figure 9",
         says="ideal and real trajectories “are similar” in both cases",
-        claim=f"distance from the arc < {1e3 * bound:.1f} mm (1 %)",
+        claim=f"distance from the arc < {bound:.1f} mm (1 %)",
         unit="mm",
-        cases=tuple(cases),
+        cases=cases,
         sentence=f"As on the slide the top view hides the {shown(-behind, 'mm')} by which the "
         "camera is late without the term: they lie along the arc.",
         how="simulated rotation, largest distance from the arc in the top view after 3 s; as "
@@ -96,7 +89,7 @@ def _faster(bench: Bench) -> Statement:
         stays = [last_outside(t, value - 1, BAND) for value in (off, on)]
         reached.append(float(on.max()) - 1)
         for words, (without, with_) in (("reaches 95 %", first), ("stays within 5 %", stays)):
-            cases.append(Case(f"{name} {words}", without - with_, without > with_))
+            cases.append(Trial(f"{name} {words}", without - with_, without > with_))
     return Statement(
         where="§4.2, figures 10 and 11",
         says="in the velocities “a faster behavior with the derivative term”",
@@ -119,7 +112,7 @@ def _combination(bench: Bench) -> Statement:
         others = max(
             np.abs(end[[1, 2]]).max() / abs(end[0]), np.abs(end[[3, 5]]).max() / abs(end[4])
         )
-        cases.append(Case(f"{name} the term", 100 * float(others), bool(others < 0.01)))
+        cases.append(Trial(f"{name} the term", 100 * float(others), bool(others < 0.01)))
     return Statement(
         where="§4.2, figures 10 and 11",
         says="the task combines “a translation along x axis and a rotation around y axis”",

@@ -66,8 +66,8 @@ class Bench:
 
         As measured both start at the same place, and each has noise of its own.
         """
-        there = as_measured(scenario, seed, reach)
-        on, off = there.with_(k_ff=1.0), there.with_(k_ff=0.0, seed=seed + NEXT)
+        measured = as_measured(scenario, seed, reach)
+        on, off = measured.with_(k_ff=1.0), measured.with_(k_ff=0.0, seed=seed + NEXT)
         return Traces(self.pair(scenario), Pair(self(on), self(off)))
 
     def lag(self, scenario: Scenario) -> float:
@@ -119,8 +119,8 @@ def sideways(run: Run) -> Array:
     camera = run.pose[:, [0, 2], 3]
     nearest = np.argmin(np.sum((camera[:, None] - path) ** 2, axis=2), axis=1)
     along = velocity[nearest] / np.linalg.norm(velocity[nearest], axis=1)[:, None]
-    left = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    return np.asarray(np.sum((camera - path[nearest]) * left, axis=1), float)
+    normal = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    return np.asarray(np.sum((camera - path[nearest]) * normal, axis=1), float)
 
 
 def last_outside(t: Array, values: Array, bound: float) -> float:

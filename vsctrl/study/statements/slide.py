@@ -11,9 +11,9 @@ from vsctrl.errors import InputError
 from vsctrl.servo import Camera, Scenario
 from vsctrl.servo.pose import from_euler_xyz
 from vsctrl.study.statements.runs import Bench, as_measured, last_outside, sideways, size
-from vsctrl.study.statements.statement import Case, Statement, shown
+from vsctrl.study.statements.statement import Statement, Trial, shown
 
-CLOSE = 0.01  #: share of the slide's length that counts as close to the trajectory
+CLOSE = 0.01  #: share of the path's length that counts as close to the trajectory
 SEED = 1  #: of the noise and the start in the runs that are as measured
 SPREAD, FAR_APART = 0.02, 0.1  #: by which depths are too large or too small, as a share
 DIAGONAL = np.array([1.0, -1.0, 1.0, -1.0])  #: which of them is which
@@ -52,8 +52,8 @@ def _start() -> Statement:
         claim="depth of the LEDs > 0 m",
         unit="m",
         cases=(
-            Case("farthest LED, as printed", printed, printed > 0),
-            Case("farthest LED, z = −0.77 m", depth(paper.START)),
+            Trial("farthest LED, as printed", printed, printed > 0),
+            Trial("farthest LED, z = −0.77 m", depth(paper.START)),
         ),
         sentence="All four LEDs, on the face z = −0.125 m, lie behind a camera at z = −0.077 m. A "
         "slipped decimal point is the least repair, and what the experiments here use; a scenario "
@@ -72,7 +72,7 @@ def _direction(bench: Bench) -> Statement:
         says="the translation along x at 4 cm/s is a slide “along a cube side”",
         claim="angle to the side < 1°",
         unit="°",
-        cases=(Case("printed orientation", angle, angle < 1),),
+        cases=(Trial("printed orientation", angle, angle < 1),),
         sentence="V = (Vx, 0, 0) is along the camera's x axis, which the printed orientation "
         f"turns away from the cube's side: {off:.0f} mm off after {1e3 * moved[0]:.0f} mm. Whether "
         "the angles are those of the camera or of the object, the angle is the same.",
@@ -101,7 +101,7 @@ def _amplitude(bench: Bench) -> Statement:
         says="“the amplitude of the error with derivative term is lower”",
         claim="E with the term / E without < 1",
         unit="",
-        cases=tuple(Case(name, value, value < 1) for name, value in values),
+        cases=tuple(Trial(name, value, value < 1) for name, value in values),
         sentence="True at the paper's gain, though less than a measured E makes believe, which is "
         f"that of an old image against a new reference. Above {harmful:.2f} s⁻¹ it is false, and "
         "the measured E still says that it is true.",
@@ -119,8 +119,8 @@ def _convergence(bench: Bench) -> Statement:
         return tuple((run.t, run.lag_along_motion) for run in pair)
 
     def rate(t: np.ndarray, lag: np.ndarray) -> float:
-        left = np.abs(lag - lag[-1])
-        return float(np.log(left[25] / left[50]) / (t[50] - t[25]))
+        distance = np.abs(lag - lag[-1])
+        return float(np.log(distance[25] / distance[50]) / (t[50] - t[25]))
 
     def faster(side: float) -> float:
         on, off = (last_outside(t, lag, threshold) for t, lag in runs(side))
@@ -129,13 +129,13 @@ def _convergence(bench: Bench) -> Statement:
     rates = [rate(*each) for each in runs(-aside)]
     speeds = [rates[0] / rates[1], faster(-aside), faster(aside)]
     names = ("decay rate", "time to within 15 mm, from behind", "time to within 15 mm, from ahead")
-    found = zip(names, speeds, strict=True)
+    pairs = zip(names, speeds, strict=True)
     return Statement(
         where="§4.1, figure 5",
         says="with the derivative term the convergence “is faster”",
         claim="speed-up by the term > 1",
         unit="",
-        cases=tuple(Case(name, value, value > 1 + 1e-6) for name, value in found),
+        cases=tuple(Trial(name, value, value > 1 + 1e-6) for name, value in pairs),
         sentence="Feed-forward does not move the poles: the transient decays at the same "
         f"{rates[0]:.2f} s⁻¹ with and without. What changes is where it ends, so that a threshold "
         "is reached sooner from behind and later from ahead.",
@@ -144,26 +144,29 @@ def _convergence(bench: Bench) -> Statement:
 
 
 def _close(bench: Bench) -> Statement:
-    base = paper.sliding()
-    bound = CLOSE * base.speed * base.motion.duration
-    traces = bench.traces(base, SEED)
-    cases = []
-    for kind, pair in zip(("clean", "as measured"), traces, strict=True):
-        for name, run in zip(("with", "without"), pair, strict=True):
-            off = float(np.abs(sideways(run))[run.t > 3].max())
-            cases.append(Case(f"{name} the term, {kind}", 1e3 * off, off < bound))
-    behind = 1e3 * bench.lag(base.with_(k_ff=0.0))
+    bound, cases, behind = beside_path(bench, paper.sliding())
     return Statement(
         where="§4.1, figure 6",
         says="in both cases the trajectory is “close to the desired trajectory”",
-        claim=f"distance from the path < {1e3 * bound:.1f} mm (1 %)",
+        claim=f"distance from the path < {bound:.1f} mm (1 %)",
         unit="mm",
-        cases=tuple(cases),
+        cases=cases,
         sentence="A top view cannot tell the laws apart: a lag lies along the path. The camera "
         f"that is {shown(-behind, 'mm')} late without the term is on the path all the time.",
         how="simulated slide, largest distance from the path in the top view after 3 s; as "
         "measured: wrong depths and focal length, noise, start beside the reference",
     )
+
+
+def beside_path(bench: Bench, base: Scenario) -> tuple[float, tuple[Trial, ...], float]:
+    """How far from its path a camera is in the top view: the bound, the trials, and the lag; mm."""
+    bound = CLOSE * base.speed * base.motion.duration
+    trials = []
+    for kind, pair in zip(("clean", "as measured"), bench.traces(base, SEED), strict=True):
+        for name, run in zip(("with", "without"), pair, strict=True):
+            off = float(np.abs(sideways(run))[run.t > 3].max())
+            trials.append(Trial(f"{name} the term, {kind}", 1e3 * off, off < bound))
+    return 1e3 * bound, tuple(trials), 1e3 * bench.lag(base.with_(k_ff=0.0))
 
 
 def _disturbances(bench: Bench) -> Statement:
@@ -178,8 +181,8 @@ def _disturbances(bench: Bench) -> Statement:
         "focal length 5 % too large": base.with_(focal_ratio=1.05),
         "depths 2 % apart": base.with_(depth_ratios=tuple(1 + SPREAD * DIAGONAL)),
     }
-    cases = [Case(name, off := across(each), off > VISIBLE) for name, each in tried.items()]
-    cases.append(Case("no calibration error, noise of 0.15 px", across(noisy)))
+    cases = [Trial(name, off := across(each), off > VISIBLE) for name, each in tried.items()]
+    cases.append(Trial("no calibration error, noise of 0.15 px", across(noisy)))
 
     camera = Camera(base.camera.Fx, base.camera.Fy)
     view = camera.view(base.reference.pose(0.0), np.array(base.target.points))

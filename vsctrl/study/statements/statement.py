@@ -9,9 +9,10 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
-from html import escape
-from typing import Literal
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from vsctrl import tables
 
 Verdict = Literal["confirmed", "depends", "refuted", "not checkable"]
 MEANINGS: dict[Verdict, str] = {
@@ -23,7 +24,7 @@ MEANINGS: dict[Verdict, str] = {
 
 
 @dataclass(frozen=True)
-class Case:
+class Trial:
     """One trial: under which condition, what number came out, and whether the statement holds.
 
     `holds` is None for a number that is only shown beside the others.
@@ -46,7 +47,7 @@ class Statement:
     says: str
     claim: str
     unit: str
-    cases: tuple[Case, ...]
+    cases: tuple[Trial, ...]
     sentence: str
     how: str
 
@@ -64,22 +65,23 @@ class Statement:
     @property
     def verdict(self) -> Verdict:
         """What the cases say together."""
-        found = {case.holds for case in self.cases} - {None}
-        if not found:
+        answers = {case.holds for case in self.cases} - {None}
+        if not answers:
             return "not checkable"
-        return "depends" if len(found) == 2 else "confirmed" if True in found else "refuted"
+        return "depends" if len(answers) == 2 else "confirmed" if True in answers else "refuted"
 
-    def case(self, condition: str) -> Case:
+    def case(self, condition: str) -> Trial:
         """The case of a condition. Raises KeyError where there is no such case."""
-        for case in self.cases:
-            if case.condition == condition:
-                return case
-        raise KeyError(condition)
+        return {case.condition: case for case in reversed(self.cases)}[condition]
 
-    def shown(self, case: Case) -> str:
+    def shown(self, case: Trial) -> str:
         """A case as the table prints it: condition, value, whether the statement holds."""
         mark = {True: "holds", False: "fails", None: ""}[case.holds]
         return f"{case.condition}: {shown(case.value, self.unit)}{', ' * bool(mark)}{mark}"
+
+    def data(self) -> dict[str, Any]:
+        """The statement as JSON takes it."""
+        return {**asdict(self), "verdict": self.verdict}
 
     def __str__(self) -> str:
         lines = [f"{self.where}: {self.says} [{self.claim}] {self.verdict.upper()}"]
@@ -87,8 +89,8 @@ class Statement:
         return "\n".join([*lines, f"    {self.sentence}", f"    ({self.how})"])
 
 
-@dataclass(frozen=True)
-class Statements:
+@dataclass(frozen=True, repr=False)
+class Statements(tables.Printed):
     """All statements in the paper's order."""
 
     rows: tuple[Statement, ...]
@@ -120,23 +122,20 @@ class Statements:
         counts = [f"{number} {words[verdict]}" for verdict, number in self.counts.items() if number]
         return f"Of {len(self)} statements of the paper, " + ", ".join(counts) + "."
 
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
+    def data(self) -> dict[str, Any]:
+        """All statements and the counts as JSON takes them."""
+        return {"counts": self.counts, "statements": [row.data() for row in self.rows]}
 
     def __str__(self) -> str:
         return "\n".join([*map(str, self.rows), self.summary])
 
     def _repr_html_(self) -> str:
-        titles = ("where", "the paper says", "cases", "verdict", "found")
-        body = "<tr>" + "".join(f"<th>{title}</th>" for title in titles) + "</tr>"
-        for row in self.rows:
-            cases = "<br>".join(escape(row.shown(case)) for case in row.cases)
-            texts = [row.where, row.says, None, row.verdict, row.sentence]
-            cells = [cases if text is None else escape(text) for text in texts]
-            body += "<tr style='vertical-align:top'>"
-            body += "".join(f"<td style='text-align:left'>{cell}</td>" for cell in cells) + "</tr>"
-        return f"<table><caption>{escape(self.summary)}</caption>{body}</table>"
+        heads = ("where", "the paper says", "cases", "verdict", "found")
+        rows = [
+            (row.where, row.says, "\n".join(map(row.shown, row.cases)), row.verdict, row.sentence)
+            for row in self.rows
+        ]
+        return tables.html(rows, heads=heads, caption=self.summary, left=len(heads), top=True)
 
 
 def shown(value: float, unit: str = "") -> str:

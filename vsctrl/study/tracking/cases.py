@@ -11,13 +11,14 @@ from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-from vsctrl import loop
+from vsctrl import loop, timing
+from vsctrl.diagram import Ramp, Signal
 from vsctrl.servo import Run, Scenario, simulate
-from vsctrl.servo.timing import whole
 from vsctrl.study.modes import characteristic, dominant, gain_limit, sideways_ratio
 
 if TYPE_CHECKING:
     from vsctrl.diagram.system import System
+    from vsctrl.symbols import Expr
 
 MOST_FRAMES = 10_000  #: the longest run that waiting for the end of a transient may cost
 _WHERE = {"measurement": "late", "aligned": "late, aligned", "actuator": "late in the actuator"}
@@ -40,15 +41,21 @@ class Case:
     @property
     def name(self) -> str:
         """The case in words, as a table names it."""
-        late = f"{1e3 * self.delay:g} ms {_WHERE[self.placement]}" if self.delay else "no latency"
-        late += ", aligned" if self.placement == "aligned" and not self.delay else ""
-        return f"{'with' if self.k_ff else 'without'} feed-forward, {late}"
+        words = f"{1e3 * self.delay:g} ms {_WHERE[self.placement]}" if self.delay else "no latency"
+        words += ", aligned" if self.placement == "aligned" and not self.delay else ""
+        return f"{'with' if self.k_ff else 'without'} feed-forward, {words}"
+
+    @property
+    def labels(self) -> dict[str, Any]:
+        """The fields of a `CaseResult`."""
+        labels = {"case": self.name, "feedforward": self.feedforward}
+        return labels | {"delay": self.delay, "placement": self.placement}
 
     @property
     def is_late_between_frames(self) -> bool:
         """Whether the reference is delayed too, and by no whole number of frames."""
-        periods = self.delay / self.scenario.vision.period
-        return self.placement == "aligned" and whole(periods) is None
+        whole = timing.whole_periods(self.delay, self.scenario.vision.period)
+        return self.placement == "aligned" and whole is None
 
     @property
     def kappa(self) -> float:
@@ -76,6 +83,19 @@ class Case:
         return self.scenario.law.lam < self.sampled_limit
 
     @property
+    def steady_lag(self) -> float:
+        """The lag on a ramp of the scenario's speed in closed form, m; negative = behind."""
+        ramp = Ramp(self.scenario.speed)
+        return float(loop.tracking_error(ramp, self.placement, kappa=self.kappa, **self.values))
+
+    def formula(self, reference: Signal) -> Expr:
+        """The error on a reference in closed form, what is 0 or 1 in this case put in."""
+        known: dict[str, Any] = {} if self.delay else {"tau": 0}
+        known |= {"k_ff": int(self.k_ff)} if self.k_ff in (0.0, 1.0) else {}
+        known |= {"kappa": 1} if self.kappa == 1 else {}
+        return loop.tracking_error(reference, self.placement, **known)
+
+    @property
     def own(self) -> Scenario:
         """The scenario of this case as theory has it: nothing but the law (10) and its timing."""
         return self.scenario.ideal.with_(
@@ -93,11 +113,30 @@ class Case:
         By the dominant root of each loop: e^{σt}, and |z|ᵏ over the whole frames in that time. It
         is 1 where either loop is not stable.
         """
-        frames = int(seconds / self.scenario.vision.period * (1 + 1e-12))
+        frames = timing.last_frame(seconds, self.scenario.vision.period)
         held = abs(dominant(characteristic(self.own, self.kappa)))
         # e^{σt} of the rightmost root, kept from overflowing where that is right of the axis.
         smooth = math.exp(min(float(self.system.poles(1)[0].real) * seconds, 0.0))
         return max(min(held, 1.0) ** frames, smooth)
+
+
+@dataclass(frozen=True, eq=False)
+class CaseResult:
+    """What every comparison says of a case first: its name, its latency and where that is."""
+
+    case: str
+    feedforward: bool
+    delay: float  #: s
+    placement: loop.Placement
+
+    def data(self) -> dict[str, Any]:
+        """The result as JSON takes it; every name ends in its unit."""
+        return {
+            "case": self.case,
+            "feedforward": self.feedforward,
+            "delay_s": self.delay,
+            "placement": self.placement,
+        }
 
 
 def ratio_along_motion(scenario: Scenario) -> float:

@@ -5,9 +5,9 @@ Padé model's and the exact-delay engine's response to the same reference, and t
 six-degree-of-freedom simulation, with the largest disagreement between them. The rooms that
 produce the numbers know nothing of each other; this is where they meet.
 
-What is compared depends on the motion: of a constant twist and on the legs of a triangle the steady
-lag (`Row`), of a sine amplitude and phase (`Wave`), and of whatever is not a constant twist the
-lag at every frame as well (`History`).
+What is compared depends on the motion: of a constant twist and on the legs of a triangle the
+steady lag (`SteadyLag`), of a sine amplitude and phase (`Wave`), and of whatever is not a constant
+twist the lag at every frame as well (`History`).
 """
 
 from __future__ import annotations
@@ -16,49 +16,34 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from html import escape
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.servo.motion.trajectory import Oscillation
-from vsctrl.study.tracking.cases import MOST_FRAMES, cases, is_sideways
+from vsctrl.study.tracking.cases import cases, is_sideways
 from vsctrl.study.tracking.lag_history import History, Missing, history, missing
 from vsctrl.study.tracking.sine_error import Wave, polar, wave
 from vsctrl.study.tracking.steady_lag import (
     PADE_ORDER,
-    Course,
-    Row,
+    SteadyLag,
     allowance,
     millimetres,
     ramp,
     row,
 )
 from vsctrl.study.tracking.triangle import legs
+from vsctrl.tables import Tables, html, text
 
-__all__ = [
-    "MOST_FRAMES",
-    "PADE_ORDER",
-    "Comparison",
-    "Course",
-    "History",
-    "Missing",
-    "Row",
-    "Wave",
-    "millimetres",
-    "polar",
-    "validate",
-]
-
-Found = TypeVar("Found", Row, Wave, History)
+Found = TypeVar("Found", SteadyLag, Wave, History)
 
 LAG, LEG = "steady lag along the motion, mm", "lag at the end of a leg, mm"
 WAVE = "error of the sine, mm ∠ degrees"
 HISTORY = "lag at every frame, mm"
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Tables):
     """Every case of a scenario, and whether all ways agree wherever there is something to compare.
 
     `rows`: the steady lag, of a constant twist or on the legs of a triangle; `waves`: amplitude
@@ -67,7 +52,7 @@ class Comparison:
     """
 
     scenario: Scenario
-    rows: tuple[Row, ...] = ()
+    rows: tuple[SteadyLag, ...] = ()
     waves: tuple[Wave, ...] = ()
     histories: tuple[History, ...] = ()
     note: str = ""
@@ -76,8 +61,8 @@ class Comparison:
     @property
     def agrees(self) -> bool | None:
         """True or False over the cases that can be compared; None where none can."""
-        every: list[Row | Wave | History] = [*self.rows, *self.waves, *self.histories]
-        known = [found.agrees for found in every if found.agrees is not None]
+        rows: list[SteadyLag | Wave | History] = [*self.rows, *self.waves, *self.histories]
+        known = [row.agrees for row in rows if row.agrees is not None]
         return all(known) if known else None
 
     @property
@@ -93,21 +78,20 @@ class Comparison:
     @property
     def own_histories(self) -> tuple[History, ...]:
         """Those with the scenario's own latency and placement: without feed-forward and with it."""
-        late, placement = self.scenario.vision.latency, self.scenario.law.placement
-        if not late and placement == "actuator":
+        latency, placement = self.scenario.vision.latency, self.scenario.law.placement
+        if not latency and placement == "actuator":
             placement = "measurement"  # there is one case for both without latency
-        return tuple(
-            one for one in self.histories if (one.delay, one.placement) == (late, placement)
-        )
+        wanted = (latency, placement)
+        return tuple(each for each in self.histories if (each.delay, each.placement) == wanted)
 
     @property
     def largest_disagreement(self) -> float | None:
         """Over all steady lags or sines that can be compared, m."""
-        every: Sequence[Row | Wave] = self.rows or self.waves
-        known = [found.disagreement for found in every if found.disagreement is not None]
+        rows: Sequence[SteadyLag | Wave] = self.rows or self.waves
+        known = [row.disagreement for row in rows if row.disagreement is not None]
         return max(known, default=None)
 
-    def row(self, *, feedforward: bool, delay: float, placement: str = "measurement") -> Row:
+    def row(self, *, feedforward: bool, delay: float, placement: str = "measurement") -> SteadyLag:
         """The row of one case. Raises InputError where the comparison holds no such case."""
         return _pick(self.rows, feedforward, delay, placement)
 
@@ -142,11 +126,11 @@ class Comparison:
         if not holds:
             return out
         most = max(w.hold or 0.0 for w in holds)
-        left = max(w.left_by_repair or 0.0 for w in holds)
+        remaining = max(w.left_by_repair or 0.0 for w in holds)
         text = (
             f"The closed form is up to {1e3 * most:.3f} mm off the sampled loop: it does not know "
             "that the velocity is held over a frame, which acts like half a period more of latency "
-            f"in the actuator. With that put into it, {1e3 * left:.1e} mm are left."
+            f"in the actuator. With that put into it, {1e3 * remaining:.1e} mm are left."
         )
         return (*out, text.replace("e-", "e−"))
 
@@ -155,24 +139,23 @@ class Comparison:
         """What the table of every frame allows and why."""
         return _allowances(self.histories)
 
-    def __repr__(self) -> str:
-        """The table, which is what somebody at a prompt wants to see."""
-        return str(self)
-
-    def __str__(self) -> str:
-        tables = [_text(table) for table in self._tables()]
-        return "\n\n".join([*tables, *self._notes()])
-
-    def _repr_html_(self) -> str:
-        notes = (f"<p>{escape(note)}</p>" for note in self._notes())
-        return "".join([*(_page(table) for table in self._tables()), *notes])
+    def data(self) -> dict[str, Any]:
+        """All rows as JSON takes them, lengths in m, null where there is none."""
+        return {
+            "agrees": self.agrees,
+            "tracking": [row.data() for row in self.rows],
+            "waves": [wave.data() for wave in self.waves],
+            "histories": [history.data() for history in self.histories],
+            "tracking_note": self.note,
+            "left_out": list(self.left_out),
+        }
 
     @property
     def left_out(self) -> tuple[str, ...]:
         """Keys of the scenario that the cases are without (`Scenario.beyond_theory`), dotted."""
         return tuple(self.scenario.beyond_theory)
 
-    def _notes(self) -> list[str]:
+    def _words(self) -> list[str]:
         """What is said below the tables."""
         notes = [self.note] if self.note else []
         if self.left_out and self._tables():
@@ -183,7 +166,7 @@ class Comparison:
         """Those that have rows."""
         pade = f"Padé {PADE_ORDER}"
         without = [[o.case, *"––––", o.note] for o in self.missing] if self.histories else []
-        found = [
+        tables = [
             _Table(
                 LEG if self.on_legs else LAG,
                 ["closed form", pade, "exact delay", "6-DOF"],
@@ -206,7 +189,7 @@ class Comparison:
                 self.remarks_on_histories,
             ),
         ]
-        return [table for table in found if table.body]
+        return [table for table in tables if table.body]
 
 
 @dataclass(frozen=True)
@@ -217,14 +200,26 @@ class _Table:
     heads: list[str]
     body: list[list[str]]
     width: int
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[str, ...]
+
+    def __str__(self) -> str:
+        first = max(44, *(len(cells[0]) + 1 for cells in self.body))
+        form = f"{{:{first}}}" + f"{{:>{self.width}}}" * len(self.heads) + "  {}"
+        return "\n".join([text([[self.title, *self.heads], *self.body], form), *self.remarks])
+
+    def _repr_html_(self) -> str:
+        rows = [
+            [*cells, mark.replace("DISAGREE", "disagree").strip()] for *cells, mark in self.body
+        ]
+        heads = ("case", *self.heads, "")
+        return html(rows, heads=heads, caption=self.title, remarks=self.remarks)
 
 
-def _allowances(every: Sequence[Wave] | Sequence[History]) -> tuple[str, ...]:
+def _allowances(rows: Sequence[Wave] | Sequence[History]) -> tuple[str, ...]:
     """What is allowed and why, a sentence for each reason."""
     out = []
-    for reason in dict.fromkeys(found.reason for found in every):
-        most = max(found.allowed for found in every if found.reason == reason)
+    for reason in dict.fromkeys(each.reason for each in rows):
+        most = max(each.allowed for each in rows if each.reason == reason)
         out.append(f"Allowed are {1e3 * most:.1e} mm, {reason}.".replace("e-", "e−"))
     return tuple(out)
 
@@ -249,26 +244,26 @@ def validate(scenario: Scenario) -> Comparison:
     _check_translates(scenario)
     if scenario.constant_twist is not None:
         return Comparison(scenario, tuple(row(case, ramp)[0] for case in every))
-    rows: list[Row] = []
+    rows: list[SteadyLag] = []
     waves: list[Wave] = []
     histories: list[History] = []
-    left: list[Missing] = []
+    unstable: list[Missing] = []
     for case in every:
         run = None
         if not isinstance(reference, Oscillation):
             run = case.run() if case.is_stable_as_sampled else None
         elif reference.waveform == "triangle":
-            found, run = row(case, partial(legs, reference))
-            rows.append(found)
+            lag, run = row(case, partial(legs, reference))
+            rows.append(lag)
         else:
             sine, run = wave(case, reference)
             waves.append(sine)
         if run is not None:
             histories.append(history(case, run))
         elif not case.is_stable_as_sampled:
-            left.append(missing(case))
+            unstable.append(missing(case))
     note = "" if rows or waves or histories else "No case is stable as sampled: none has a lag."
-    return Comparison(scenario, tuple(rows), tuple(waves), tuple(histories), note, tuple(left))
+    return Comparison(scenario, tuple(rows), tuple(waves), tuple(histories), note, tuple(unstable))
 
 
 def _check_translates(scenario: Scenario) -> None:
@@ -282,12 +277,12 @@ def _check_translates(scenario: Scenario) -> None:
     )
 
 
-def _pick(every: Sequence[Found], feedforward: bool, delay: float, placement: str) -> Found:
-    for found in every:
-        same = (found.feedforward, found.placement) == (feedforward, placement)
-        if same and math.isclose(found.delay, delay, abs_tol=1e-12):
-            return found
-    known = ", ".join(dict.fromkeys(found.case for found in every)) or "none"
+def _pick(rows: Sequence[Found], feedforward: bool, delay: float, placement: str) -> Found:
+    for each in rows:
+        same = (each.feedforward, each.placement) == (feedforward, placement)
+        if same and math.isclose(each.delay, delay, abs_tol=1e-12):
+            return each
+    known = ", ".join(dict.fromkeys(each.case for each in rows)) or "none"
     raise InputError(
         f"comparison: there is no case with delay {delay} s and placement {placement!r}; "
         f"it has {known}."
@@ -295,45 +290,26 @@ def _pick(every: Sequence[Found], feedforward: bool, delay: float, placement: st
 
 
 # Tables ----------------------------------------------------------------------------------------
-def _row_cells(row: Row) -> list[str]:
+def _row_cells(row: SteadyLag) -> list[str]:
     values = (row.analytic, row.pade, row.exact, row.simulated)
     return [row.case, *(millimetres(value) for value in values), _mark(row.agrees, row.note)]
 
 
-def _wave_cells(found: Wave) -> list[str]:
-    values = (found.analytic, found.exact, found.sampled, found.simulated)
-    return [found.case, *(polar(value) for value in values), _mark(found.agrees, found.note)]
+def _wave_cells(wave: Wave) -> list[str]:
+    values = (wave.analytic, wave.exact, wave.sampled, wave.simulated)
+    return [wave.case, *(polar(value) for value in values), _mark(wave.agrees, wave.note)]
 
 
-def _history_cells(found: History) -> list[str]:
-    sizes = (found.largest, found.root_mean_square)
-    apart = (found.disagreement, found.allowed)
+def _history_cells(history: History) -> list[str]:
+    sizes = (history.largest, history.root_mean_square)
+    limits = (history.disagreement, history.allowed)
     return [
-        found.case,
+        history.case,
         *(f"{1e3 * size:.3f}" for size in sizes),
-        *(f"{1e3 * size:.1e}".replace("-", "−") if math.isfinite(size) else "–" for size in apart),
-        _mark(found.agrees, found.note),
+        *(f"{1e3 * size:.1e}".replace("-", "−") if math.isfinite(size) else "–" for size in limits),
+        _mark(history.agrees, history.note),
     ]
 
 
 def _mark(agrees: bool | None, note: str) -> str:
     return {True: "agree ", False: "DISAGREE ", None: ""}[agrees] + note
-
-
-def _text(table: _Table) -> str:
-    first = max(44, *(len(cells[0]) + 1 for cells in table.body))
-    lines = [f"{table.title:{first}}" + "".join(f"{h:>{table.width}}" for h in table.heads)]
-    for case, *numbers, mark in table.body:
-        cells = "".join(f"{number:>{table.width}}" for number in numbers)
-        lines.append(f"{case:{first}}{cells}  {mark}".rstrip())
-    return "\n".join([*lines, *table.remarks])
-
-
-def _page(table: _Table) -> str:
-    heads = ("case", *table.heads, "")
-    text = "<tr>" + "".join(f"<th>{escape(head)}</th>" for head in heads) + "</tr>"
-    for cells in table.body:
-        shown = [cell.replace("DISAGREE", "disagree").strip() for cell in cells]
-        text += "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in shown) + "</tr>"
-    words = "".join(f"<p>{escape(remark)}</p>" for remark in table.remarks)
-    return f"<table><caption>{escape(table.title)}</caption>{text}</table>{words}"

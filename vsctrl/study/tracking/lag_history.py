@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +22,9 @@ from vsctrl.servo import Run, Scenario, timing
 from vsctrl.servo.motion.trajectory import Oscillation
 from vsctrl.servo.pose import inverse, log
 from vsctrl.study.modes import nearest_depth
-from vsctrl.study.tracking.cases import Case, is_sideways
+from vsctrl.study.tracking.cases import Case, CaseResult, is_sideways
 from vsctrl.symbols import k_ff
+from vsctrl.tables import finite
 
 Array = NDArray[np.float64]
 
@@ -31,7 +33,7 @@ FLOOR = 10e-6  #: m, below which a first order is not held to its size
 
 
 @dataclass(frozen=True, eq=False)
-class History:
+class History(CaseResult):
     """One case: the lag in m at the times t (n,), predicted and simulated, negative = behind.
 
     Along the motion; of an oscillation along its direction, wherever it moves. `simulated` is
@@ -39,10 +41,6 @@ class History:
     `reason` where it comes from.
     """
 
-    case: str
-    feedforward: bool
-    delay: float  #: s
-    placement: loop.Placement
     t: Array
     predicted: Array
     simulated: Array
@@ -72,25 +70,31 @@ class History:
         """Of the simulated lag over all frames, m."""
         return float(np.sqrt(np.mean(self.simulated**2))) if len(self.simulated) else 0.0
 
+    def data(self) -> dict[str, Any]:
+        """The lag's sizes as JSON takes them; every name ends in its unit."""
+        return super().data() | {
+            "frames": len(self.simulated),
+            "largest_m": self.largest,
+            "rms_m": self.root_mean_square,
+            "disagreement_m": finite(self.disagreement),
+            "allowed_m": self.allowed,
+            "agrees": self.agrees,
+            "reason": self.reason,
+            "note": self.note,
+        }
+
 
 @dataclass(frozen=True)
-class Missing:
+class Missing(CaseResult):
     """A case that has no history, and why."""
 
-    case: str
-    feedforward: bool
-    delay: float  #: s
-    placement: loop.Placement
     note: str
 
 
 def missing(case: Case) -> Missing:
     """The case of a loop that is unstable as sampled, for which no run is worth its while."""
     return Missing(
-        case=case.name,
-        feedforward=case.feedforward,
-        delay=case.delay,
-        placement=case.placement,
+        **case.labels,
         note=f"unstable at {1e3 * case.scenario.vision.period:g} ms sampling",
     )
 
@@ -104,10 +108,7 @@ def history(case: Case, run: Run) -> History:
     n = len(run.t)
     allowed, reason = _allowed(case, scenario)
     return History(
-        case=case.name,
-        feedforward=case.feedforward,
-        delay=case.delay,
-        placement=case.placement,
+        **case.labels,
         t=t,
         predicted=predicted,
         simulated=np.einsum("ki,ki->k", run.lag[:, :3], along[:n]),
@@ -127,18 +128,19 @@ def predicted_lag(case: Case, t: Array) -> Array:
     pose = reference.pose(t)
     steps = log(inverse(pose[:-1]) @ pose[1:])[:, :3]
     way = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)])
-    speed = reference.twist(t)[:, :3]
+    speed = reference.twist_at_frames(t)[:, :3]
     twin, compared = held_twin(case), way
     if case.is_late_between_frames:
         # A reference that is late by a part of a frame is a matter of its motion, not of samples.
-        late = timing.late(t, case.scenario.vision.period, case.delay / case.scenario.vision.period)
-        frame = np.searchsorted(t, late, side="right") - 1
-        compared = way[frame] + log(inverse(pose[frame]) @ reference.pose(late))[:, :3]
-    found = np.zeros_like(way)
+        period = case.scenario.vision.period
+        delayed = timing.delayed(t, period, case.delay / period)
+        frame = np.searchsorted(t, delayed, side="right") - 1
+        compared = way[frame] + log(inverse(pose[frame]) @ reference.pose(delayed))[:, :3]
+    answer = np.zeros_like(way)
     for axis in np.flatnonzero(way.any(axis=0) | speed.any(axis=0)):
-        found[:, axis] = twin["S_ref", "S"].response(compared[:, axis]).y.ravel()
-        found[:, axis] += twin["S_rate", "S"].response(speed[:, axis]).y.ravel()
-    return found - way
+        answer[:, axis] = twin["S_ref", "S"].response(compared[:, axis]).y.ravel()
+        answer[:, axis] += twin["S_rate", "S"].response(speed[:, axis]).y.ravel()
+    return answer - way
 
 
 def held_twin(case: Case) -> SampledSystem:
@@ -148,15 +150,15 @@ def held_twin(case: Case) -> SampledSystem:
     """
     placement = "measurement" if case.is_late_between_frames else case.placement
     values = {**case.values, "ell": case.kappa, "ell_hat": 1.0}
-    return _driven_apart(placement).at(values).sampled(case.scenario.vision.period, hold="T")
+    return _driven_separately(placement).at(values).sampled(case.scenario.vision.period, hold="T")
 
 
 @cache
-def _driven_apart(placement: loop.Placement) -> Diagram:
+def _driven_separately(placement: loop.Placement) -> Diagram:
     """Figure 1 whose feed-forward is given the speed of the reference, as a computer has it."""
     base = loop.diagram(placement)
-    given = Block("feed-forward", k_ff, "S_rate -> u_ff")
-    parts = [given if part.output == "u_ff" else part for part in base.parts]
+    feedforward = Block("feed-forward", k_ff, "S_rate -> u_ff")
+    parts = [feedforward if part.output == "u_ff" else part for part in base.parts]
     return Diagram(parts, inputs=["S_ref", "S_rate"], outputs=["S"])
 
 
@@ -165,7 +167,7 @@ def _directions(scenario: Scenario, t: Array) -> Array:
     reference = scenario.reference
     if isinstance(reference, Oscillation):
         return np.broadcast_to(reference.direction[:3], (len(t), 3))
-    V = reference.twist(t)[:, :3]
+    V = reference.twist_at_frames(t)[:, :3]
     size = np.linalg.norm(V, axis=1)
     moving = np.flatnonzero(size > 1e-9 * size.max())
     # A frame at rest takes the direction of the last one that moved, else of the first that does.
@@ -184,10 +186,10 @@ def _allowed(case: Case, scenario: Scenario) -> tuple[float, str]:
     # In depths and radians, the lag is at most about what passes in τ + 1/κλ; where the reference
     # turns back, it changes by twice that.
     passing = np.linalg.norm(T[:, :3], axis=1) / depth + np.linalg.norm(T[:, 3:], axis=1)
-    share = float(passing.max()) * (case.delay + 1 / (case.kappa * scenario.law.lam))
+    lag = float(passing.max()) * (case.delay + 1 / (case.kappa * scenario.law.lam))
     back = 2 if isinstance(scenario.reference, Oscillation) else 1
     reason = (
-        f"since figure 1 is the first order, which leaves out the square of a lag of {share:.2g} "
+        f"since figure 1 is the first order, which leaves out the square of a lag of {lag:.2g} "
         "(depths or radians)"
     )
-    return max(back * depth * share**2, FLOOR), reason
+    return max(back * depth * lag**2, FLOOR), reason

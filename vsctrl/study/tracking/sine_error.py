@@ -16,23 +16,23 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from vsctrl import loop
+from vsctrl import loop, timing
 from vsctrl.diagram import Block, Diagram, Sine
 from vsctrl.servo import Run, Scenario
 from vsctrl.servo.motion.trajectory import Oscillation
-from vsctrl.servo.timing import whole
-from vsctrl.study.modes import settling
-from vsctrl.study.tracking.cases import Case, is_sideways
+from vsctrl.study.runs import settling
+from vsctrl.study.sine_fit import sine_fit
+from vsctrl.study.tracking.cases import Case, CaseResult, is_sideways
 from vsctrl.study.tracking.lag_history import held_twin
 from vsctrl.study.tracking.steady_lag import ABSOLUTE, PADE_ORDER, RELATIVE
 from vsctrl.symbols import T_s, d, ell, k_ff, kappa, lam, omega, s, tau
+from vsctrl.tables import finite
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from vsctrl.diagram.system import System
+    from vsctrl.symbols import Expr
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ POINTS = 64  #: of the exact response that a sine is fitted to
 
 
 @dataclass(frozen=True)
-class Wave:
+class Wave(CaseResult):
     """One case: the steady error as a complex amplitude in m, of a reference A sin ωt.
 
     The error is |z| sin(ωt + arg z). `analytic`: E/S*(jω) A by `formula`; `pade`: the same of
@@ -54,11 +54,7 @@ class Wave:
     simulated that counts as agreement, `reason` where it comes from.
     """
 
-    case: str
-    feedforward: bool
-    delay: float  #: s
-    placement: loop.Placement
-    formula: sp.Expr
+    formula: Expr
     analytic: complex | None
     pade: complex | None
     exact: complex | None
@@ -73,26 +69,21 @@ class Wave:
     @property
     def disagreement(self) -> float | None:
         """The larger of two differences, m: exact − analytic and simulated − sampled."""
-        apart = []
-        for theory, found in ((self.analytic, self.exact), (self.sampled, self.simulated)):
-            if theory is None or found is None:
-                return None
-            apart.append(abs(found - theory))
-        return max(apart) if np.isfinite(apart).all() else math.inf
+        smooth = _distance(self.exact, self.analytic)
+        held = _distance(self.simulated, self.sampled)
+        if smooth is None or held is None:
+            return None
+        return max(smooth, held) if np.isfinite([smooth, held]).all() else math.inf
 
     @property
     def hold(self) -> float | None:
         """What holding the velocity changes, |sampled − analytic| in m."""
-        if self.analytic is None or self.sampled is None:
-            return None
-        return abs(self.sampled - self.analytic)
+        return _distance(self.sampled, self.analytic)
 
     @property
     def left_by_repair(self) -> float | None:
         """What remains of that with half a period put into the formula, m."""
-        if self.repaired is None or self.sampled is None:
-            return None
-        return abs(self.sampled - self.repaired)
+        return _distance(self.sampled, self.repaired)
 
     @property
     def agrees(self) -> bool | None:
@@ -101,13 +92,34 @@ class Wave:
             return False
         return None if self.disagreement is None else self.disagreement <= self.allowed
 
+    def data(self) -> dict[str, Any]:
+        """The row as JSON takes it, amplitudes in m and phases in rad."""
+        polar: dict[str, float | None] = {}
+        for way in ("analytic", "pade", "exact", "sampled", "simulated", "repaired"):
+            value = getattr(self, way)
+            polar[f"{way}_m"] = None if value is None else abs(value)
+            polar[f"{way}_rad"] = None if value is None else cmath.phase(value)
+        return super().data() | {
+            **polar,
+            "formula": str(self.formula),
+            "disagreement_m": finite(self.disagreement),
+            "allowed_m": self.allowed,
+            "agrees": self.agrees,
+            "reason": self.reason,
+            "note": self.note,
+        }
+
+
+def _distance(one: complex | None, other: complex | None) -> float | None:
+    return None if one is None or other is None else abs(one - other)
+
 
 def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
     """One case of a sine by all ways, and its simulation where the loop is stable as sampled."""
     system, amplitude, w = case.system, reference.amplitude, 2 * math.pi / reference.period
     period = case.scenario.vision.period
-    analytic = pade = exact = sampled = simulated = repaired = found = None
-    notes, contradicted, left = [], False, 0.0
+    analytic = pade = exact = sampled = simulated = repaired = run = None
+    notes, contradicted, remaining = [], False, 0.0
     if system.unstable_roots:
         notes.append("no steady error: the loop is unstable")
     else:
@@ -119,24 +131,22 @@ def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
     elif not w * period < math.pi:
         notes.append(f"frames of {1e3 * period:g} ms cannot tell so fast a sine")
     else:
-        frames, left = settling(case.own, "error")
-        tail = min(max(FEWEST, math.ceil(reference.period / period)), MOST)
+        frames, remaining = settling(case.own, "error")
+        tail = min(max(FEWEST, timing.first_frame(reference.period, period)), MOST)
         sampled = amplitude * _held(case, w)
         repaired = amplitude * _repaired(case, w)
-        found = case.run(max(case.scenario.motion.duration, (frames + tail) * period))
-        if found.status.ok:
-            error = found.lag[-tail:, :3] @ reference.direction[:3]
-            simulated = fitted(found.t[-tail:], error, w)
+        run = case.run(max(case.scenario.motion.duration, (frames + tail) * period))
+        if run.status.ok:
+            error = run.lag[-tail:, :3] @ reference.direction[:3]
+            simulated = sine_fit(run.t[-tail:], error, w)
         else:
-            notes.append(f"the simulation ended: {found.status.kind}")
+            notes.append(f"the simulation ended: {run.status.kind}")
             contradicted = True
-    allowed, reason = _allowed(case.scenario, amplitude, sampled, left)
+    allowed, reason = _allowed(case.scenario, amplitude, sampled, remaining)
+    unit: Any = omega
     done = Wave(
-        case=case.name,
-        feedforward=case.feedforward,
-        delay=case.delay,
-        placement=case.placement,
-        formula=_formula(case),
+        **case.labels,
+        formula=case.formula(Sine(unit)),
         analytic=analytic,
         pade=pade,
         exact=exact,
@@ -148,14 +158,7 @@ def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
         note="; ".join(notes),
         contradicted=contradicted,
     )
-    return done, found
-
-
-def fitted(t: Array, error: ArrayLike, w: float) -> complex:
-    """a + jb of the sine a sin ωt + b cos ωt that fits best: the answer to sin ωt."""
-    basis = np.stack([np.sin(w * t), np.cos(w * t)], axis=-1)
-    a, b = np.linalg.lstsq(basis, np.asarray(error), rcond=None)[0]
-    return complex(a, b)
+    return done, run
 
 
 def polar(value: complex | None) -> str:
@@ -169,12 +172,12 @@ def polar(value: complex | None) -> str:
 
 
 def _allowed(
-    scenario: Scenario, amplitude: float, sampled: complex | None, left: float
+    scenario: Scenario, amplitude: float, sampled: complex | None, remaining: float
 ) -> tuple[float, str]:
     size = abs(sampled or 0.0)
     if is_sideways(scenario):
         reason = "since a sideways motion is exact but for rounding and the transient's end"
-        return (ROUNDING + 10 * left) * (amplitude + size), reason
+        return (ROUNDING + 10 * remaining) * (amplitude + size), reason
     reason = (
         f"{RELATIVE:.0%} of the error or {1e6 * ABSOLUTE:g} µm, since figure 1 is the first order "
         "of a motion that turns or changes depth"
@@ -182,35 +185,26 @@ def _allowed(
     return max(RELATIVE * size, ABSOLUTE), reason
 
 
-def _formula(case: Case) -> sp.Expr:
-    """E/S*(jω) with what is 0 or 1 in this case put in."""
-    known: dict[str, Any] = {} if case.delay else {"tau": 0}
-    known |= {"k_ff": int(case.k_ff)} if case.k_ff in (0.0, 1.0) else {}
-    known |= {"kappa": 1} if case.kappa == 1 else {}
-    unit: Any = omega
-    return loop.tracking_error(Sine(unit), case.placement, **known)
-
-
 def _numbers(case: Case) -> dict[Any, float]:
     return {lam: case.values["lam"], k_ff: case.k_ff, kappa: case.kappa}
 
 
 def _continuous(case: Case, w: float) -> complex:
-    found = loop.tracking_transfer(case.placement).subs({**_numbers(case), tau: case.delay})
-    return complex(found.subs(s, 1j * w))
+    transfer = loop.tracking_transfer(case.placement).subs({**_numbers(case), tau: case.delay})
+    return complex(transfer.subs(s, 1j * w))
 
 
 def _held(case: Case, w: float) -> complex:
     period = case.scenario.vision.period
-    samples = whole(case.delay / period)
+    samples = timing.whole_periods(case.delay, period)
     if samples is None:
         twin, z = held_twin(case), cmath.exp(1j * w * period)
-        late = cmath.exp(-1j * w * case.delay) if case.is_late_between_frames else 1.0
+        delay = cmath.exp(-1j * w * case.delay) if case.is_late_between_frames else 1.0
         compared, rate = (complex(twin[name, "S"](z)) for name in ("S_ref", "S_rate"))
-        return late * compared + 1j * w * rate - 1
-    timing = {T_s: period, d: samples}
-    found = loop.sampled_sine_error(case.placement).subs({**_numbers(case), **timing})
-    return complex(found.subs(omega, w))
+        return delay * compared + 1j * w * rate - 1
+    held = {T_s: period, d: samples}
+    transfer = loop.sampled_sine_error(case.placement).subs({**_numbers(case), **held})
+    return complex(transfer.subs(omega, w))
 
 
 def _repaired(case: Case, w: float) -> complex:
@@ -225,8 +219,8 @@ def _with_hold(placement: loop.Placement) -> Diagram:
     base = loop.diagram(placement)
     (vision,) = (block for block in loop.diagram().blocks if block.output == "S_meas")
     held = vision.expr.subs(tau, T_s / 2)  # e^{−sTₛ/2}
-    late = Block("robot, camera", ell / s * held, f"{base.drivers['S'].inputs[0]} -> S")
-    parts = [late if part.output == "S" else part for part in base.parts]
+    robot = Block("robot, camera", ell / s * held, f"{base.drivers['S'].inputs[0]} -> S")
+    parts = [robot if part.output == "S" else part for part in base.parts]
     return Diagram(parts, inputs=base.inputs, outputs=base.outputs)
 
 
@@ -238,4 +232,4 @@ def _settled(system: System, amplitude: float, w: float) -> complex:
     ended = math.log(ENDED) / float(system.poles(1)[0].real)
     t = np.linspace(ended, ended + 2 * math.pi / w, POINTS, endpoint=False)
     response = channel.response(Sine(w, amplitude), t)
-    return fitted(t, response.y.ravel() - amplitude * np.sin(w * t), w)
+    return sine_fit(t, response.y.ravel() - amplitude * np.sin(w * t), w)

@@ -1,7 +1,7 @@
 """The steady lag behind a reference of constant speed: four ways to know it, side by side.
 
-A `Course` says what the reference does along its motion and when the lag is read: a ramp at its
-end, or a leg of a triangle just before the turn. A `Row` holds what each way reads there.
+A `ReferenceCourse` says what the reference does along its motion and when the lag is read: a ramp
+at its end, or a leg of a triangle just before the turn. A `SteadyLag` holds what each way reads.
 """
 
 from __future__ import annotations
@@ -14,28 +14,30 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl import loop
+from vsctrl import timing
 from vsctrl.diagram import Ramp, Signal
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario
-from vsctrl.study.tracking.cases import MOST_FRAMES, Case, is_sideways
+from vsctrl.study.tracking.cases import MOST_FRAMES, Case, CaseResult, is_sideways
 from vsctrl.symbols import v
+from vsctrl.tables import finite
 
 if TYPE_CHECKING:
     import control
-    import sympy as sp
 
     from vsctrl.diagram.system import System
+    from vsctrl.symbols import Expr
 
 Array = NDArray[np.float64]
 
+WAYS = ("analytic", "pade", "exact", "simulated")
 PADE_ORDER = 4
 RELATIVE = 0.01  #: agreement asked of all ways, as a share of the closed form …
 ABSOLUTE = 10e-6  #: … or in metres, where the closed form is (nearly) zero
 
 
 @dataclass(frozen=True)
-class Row:
+class SteadyLag(CaseResult):
     """One case: the steady lag along the motion in m, negative = behind, by each way.
 
     `None` where a way has no answer; `note` then says why. `formula` is the closed form.
@@ -43,11 +45,7 @@ class Row:
     turns or changes depth, the terms of the lag are right to 1 % each, and may cancel in their sum.
     """
 
-    case: str
-    feedforward: bool
-    delay: float  #: s
-    placement: loop.Placement
-    formula: sp.Expr
+    formula: Expr
     analytic: float | None
     pade: float | None
     exact: float | None
@@ -60,7 +58,7 @@ class Row:
     @property
     def disagreement(self) -> float | None:
         """The largest difference between any two of the four ways, m."""
-        values = [self.analytic, self.pade, self.exact, self.simulated]
+        values = [getattr(self, way) for way in WAYS]
         known = [value for value in values if value is not None]
         if len(known) < len(values):
             return None
@@ -78,9 +76,22 @@ class Row:
             return False
         return None if self.disagreement is None else self.disagreement <= self.tolerance
 
+    def data(self) -> dict[str, Any]:
+        """The row as JSON takes it; every name ends in its unit."""
+        return super().data() | {
+            **{f"{way}_m": getattr(self, way) for way in WAYS},
+            "aligned": self.placement == "aligned",
+            "formula": str(self.formula),
+            "simulated_s": self.lasted,
+            "disagreement_m": finite(self.disagreement),
+            "allowed_m": self.tolerance,
+            "agrees": self.agrees,
+            "note": self.note,
+        }
+
 
 @dataclass(frozen=True)
-class Course:
+class ReferenceCourse:
     """The way along the motion over time, and when its lag is read.
 
     `signal`: a sum of ramps (m); `at`: the time of a frame (s), when the reference moves forwards
@@ -101,44 +112,39 @@ def tolerance(size: float) -> float:
 
 
 def allowance(sideways: bool) -> str:
-    """What `Row.tolerance` is, in a sentence; `sideways`: whether figure 1 is exact."""
+    """What `SteadyLag.tolerance` is, in a sentence; `sideways`: whether figure 1 is exact."""
     share = f"{RELATIVE:.0%}".replace("%", " %")
     of = "the closed form" if sideways else "v(τ + 1/κλ), or of the closed form if that is larger"
     return f"Allowed is {share} of {of}, but never less than {1e6 * ABSOLUTE:g} µm."
 
 
-def row(case: Case, course_of: Callable[[Case], Course]) -> tuple[Row, Run | None]:
+def row(case: Case, course_of: Callable[[Case], ReferenceCourse]) -> tuple[SteadyLag, Run | None]:
     """One case by all four ways, and its simulation where the loop should be stable in it."""
     scenario, system, law = case.scenario, case.system, case.scenario.law
     speed, period = scenario.speed, scenario.vision.period
     course = course_of(case)
-    analytic = pade = exact = simulated = found = None
+    analytic = pade = exact = simulated = run = None
     notes, contradicted = [], False
     if system.unstable_roots:
         notes.append("no steady lag: the loop is unstable")
     else:
-        analytic = float(
-            loop.tracking_error(Ramp(speed), case.placement, kappa=case.kappa, **case.values)
-        )
+        analytic = case.steady_lag
         exact, pade = _exact(system, course), _pade(system, course)
     if not case.is_stable_as_sampled:
         notes.append(f"unstable at {1e3 * period:g} ms sampling")
     else:
-        found = case.run(course.duration)
-        if found.status.ok:
-            simulated = float(found.lag_along_motion[round(course.at / period)])
+        run = case.run(course.duration)
+        if run.status.ok:
+            simulated = float(run.lag_along_motion[timing.last_frame(course.at, period)])
         else:
-            notes.append(f"the simulation ended: {found.status.kind}")
+            notes.append(f"the simulation ended: {run.status.kind}")
             contradicted = True
     if course.note:
         notes.append(course.note)
         analytic = None
-    done = Row(
-        case=case.name,
-        feedforward=case.feedforward,
-        delay=case.delay,
-        placement=case.placement,
-        formula=_formula(case),
+    done = SteadyLag(
+        **case.labels,
+        formula=case.formula(Ramp(v)),
         analytic=analytic,
         pade=pade,
         exact=exact,
@@ -146,24 +152,16 @@ def row(case: Case, course_of: Callable[[Case], Course]) -> tuple[Row, Run | Non
         note="; ".join(notes),
         contradicted=contradicted,
         terms=0.0 if is_sideways(scenario) else speed * (case.delay + 1 / (case.kappa * law.lam)),
-        lasted=0.0 if found is None else float(found.t[-1]),
+        lasted=0.0 if run is None else float(run.t[-1]),
     )
-    return done, found
+    return done, run
 
 
-def ramp(case: Case) -> Course:
+def ramp(case: Case) -> ReferenceCourse:
     """A constant twist, read at the end of a run that is long enough for the transient."""
     horizon, over = _horizon(case)
     note = "" if over else f"transient not over after {horizon:g} s"
-    return Course(Ramp(case.scenario.speed), horizon, horizon, note=note)
-
-
-def _formula(case: Case) -> sp.Expr:
-    """The closed form for a ramp of slope v, what is 0 or 1 in this case put in."""
-    known: dict[str, Any] = {} if case.delay else {"tau": 0}
-    known |= {"k_ff": int(case.k_ff)} if case.k_ff in (0.0, 1.0) else {}
-    known |= {"kappa": 1} if case.kappa == 1 else {}
-    return loop.tracking_error(Ramp(v), case.placement, **known)
+    return ReferenceCourse(Ramp(case.scenario.speed), horizon, horizon, note=note)
 
 
 def _horizon(case: Case) -> tuple[float, bool]:
@@ -175,7 +173,7 @@ def _horizon(case: Case) -> tuple[float, bool]:
     # Near the sampled limit the held loop decays more slowly than the continuous one.
     rate *= max(1 - scenario.law.lam / case.sampled_limit, 0.02)
     needed = max(scenario.motion.duration, 14 / rate)
-    frames = min(math.ceil(needed / scenario.vision.period), MOST_FRAMES)
+    frames = min(timing.first_frame(needed, scenario.vision.period), MOST_FRAMES)
     wanted = frames * scenario.vision.period
     try:
         scenario.with_(duration=wanted)
@@ -184,13 +182,13 @@ def _horizon(case: Case) -> tuple[float, bool]:
     return wanted, wanted >= min(needed, 7 / rate)
 
 
-def _exact(system: System, course: Course) -> float:
+def _exact(system: System, course: ReferenceCourse) -> float:
     response = system["S_ref", "S"].response(course.signal, [course.at])
     error = response.y.ravel()[-1] - course.signal([course.at])[0]
     return float(course.sign * error)
 
 
-def _pade(system: System, course: Course) -> float:
+def _pade(system: System, course: ReferenceCourse) -> float:
     """Of the Padé model, one ramp after the other, so that no turn falls between two steps."""
     model = system["S_ref", "S"].pade(PADE_ORDER)
     total = 0.0

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from running_error import exact_and_bound
+from oracles.running_error import exact_and_bound
 from sympy import I, ImmutableMatrix, Rational, S, Symbol, gamma, sqrt, symbols, zoo
 
 from vsctrl.derive import Feature, Point, PolarPoint, catalogue, evaluate

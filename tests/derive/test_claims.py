@@ -169,7 +169,7 @@ def test_an_interaction_matrix_of_the_wrong_sign_is_found_out(monkeypatch):
 
 
 def test_a_loop_without_its_latency_is_found_out(rederived, monkeypatch):
-    monkeypatch.setattr(figure_1, "_LATE", Symbol("s") ** 0)
+    monkeypatch.setattr(figure_1, "_DELAY", Symbol("s") ** 0)
     named = ("fig. 1 S = S*", "fig. 1 1/λ", "latency", "fig. 5 amplitude")
     assert broken(*named) == set(named)
 

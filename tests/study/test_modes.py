@@ -8,7 +8,8 @@ import pytest
 
 from vsctrl import paper, study
 from vsctrl.servo.pose import exp, inverse
-from vsctrl.study import modes as trials
+from vsctrl.study import modes, runs
+from vsctrl.study.experiments import matrix_law
 
 RHO, PHI = 0.9, 1.1
 SQUARE = ((-0.1, -0.1, 0.0), (0.1, -0.1, 0.0), (0.1, 0.1, 0.0), (-0.1, 0.1, 0.0))
@@ -53,26 +54,29 @@ def test_the_calibration_matrix_is_that_of_finite_differences(make):
     scenario = wrong(make())
     # Central differences of step 1e-6 are right to about 1e-10 of L, of condition about 30.
     np.testing.assert_allclose(
-        trials.calibration(scenario), by_differences(scenario), rtol=0, atol=1e-7
+        modes.calibration(scenario), by_differences(scenario), rtol=0, atol=1e-7
     )
-    assert trials.sideways_ratio(scenario) == pytest.approx(RHO / PHI)
+    assert modes.sideways_ratio(scenario) == pytest.approx(RHO / PHI)
 
 
 def test_wrong_depths_alone_leave_rotations_as_they_are():
-    found = trials.kinds(paper.sliding().with_(depth_ratio=RHO))
-    assert [(kind.name, kind.ratio) for kind in found] == [("translation", RHO), ("rotation", 1.0)]
-    for kind in found:
-        assert np.count_nonzero(kind.direction) == 3
+    found = modes.eigen_directions(paper.sliding().with_(depth_ratio=RHO))
+    assert [(each.name, each.eigenvalue) for each in found] == [
+        ("translation", RHO),
+        ("rotation", 1.0),
+    ]
+    for each in found:
+        assert np.count_nonzero(each.direction) == 3
 
 
-def test_each_kind_is_an_eigenvector_of_the_calibration_matrix():
+def test_each_direction_is_an_eigenvector_of_the_calibration_matrix():
     scenario = wrong(frontal())
-    found = trials.kinds(scenario)
+    found = modes.eigen_directions(scenario)
     # diag(ρ/φ, ρ/φ, ρ, φ, φ, 1) and what is above its diagonal.
-    assert [kind.ratio for kind in found] == pytest.approx([RHO / PHI, RHO, 1.0, PHI])
-    for kind in found:
-        turned = by_differences(scenario) @ kind.direction
-        np.testing.assert_allclose(turned, kind.ratio * kind.direction, rtol=0, atol=1e-7)
+    assert [each.eigenvalue for each in found] == pytest.approx([RHO / PHI, RHO, 1.0, PHI])
+    for each in found:
+        turned = by_differences(scenario) @ each.direction
+        np.testing.assert_allclose(turned, each.eigenvalue * each.direction, rtol=0, atol=1e-7)
 
 
 def test_a_wrong_focal_length_limits_the_gain_and_the_decay_as_its_eigenvalues_say():
@@ -81,15 +85,15 @@ def test_a_wrong_focal_length_limits_the_gain_and_the_decay_as_its_eigenvalues_s
     assert edge.agrees
     # One frame late: κλTₛ = 2 sin(π/6) = 1, κ the largest eigenvalue.
     assert edge.rows[0].simulated == pytest.approx(1 / (PHI * 0.04), rel=1e-5)
-    modes = study.decay_modes(scenario, (2.5,))
-    assert modes.agrees and len(modes.rows) == 4
+    decay = study.decay_modes(scenario, (2.5,))
+    assert decay.agrees and len(decay.rows) == 4
     assert study.sine_response(scenario, (3.0,)).agrees
 
 
 @pytest.mark.parametrize("make", [frontal, paper.sliding])
 def test_the_matrix_law_holds_for_a_wrong_focal_length(monkeypatch, make):
     motions = {"turn about y": (0, 0, 0, 0, 1.0, 0), "screw": (0.5, -0.4, 0.3, 0.4, 0.5, -0.3)}
-    monkeypatch.setattr(study.matrix, "MOTIONS", motions)
+    monkeypatch.setattr(matrix_law, "MOTIONS", motions)
     scenario = make().with_(focal_ratio=PHI)
     found = study.matrix_law(scenario, RHO)
     assert found.agrees and found.focal_ratio == PHI
@@ -131,4 +135,4 @@ def test_what_theory_knows_nothing_of_is_off_in_the_experiments():
         lambda scenario: study.stability_edge(scenario, (0,), ()),
     ):
         assert ask(dirty).rows == ask(clean).rows
-    assert (trials.run(dirty, 20).lag == trials.run(clean, 20).lag).all()
+    assert (runs.run(dirty, 20).lag == runs.run(clean, 20).lag).all()

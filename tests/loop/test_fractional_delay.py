@@ -3,6 +3,7 @@
 import cmath
 import math
 
+import effort
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -20,7 +21,7 @@ def radius(periods, gain):
 
 
 @given(between, st.floats(0.01, 1 - 1e-6))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=effort.share(200), deadline=None)
 def test_below_the_limit_all_roots_are_inside_the_circle_and_above_it_not(periods, share):
     limit = fractional_delay.limit(periods)
     assert radius(periods, share * limit) < 1
@@ -29,7 +30,7 @@ def test_below_the_limit_all_roots_are_inside_the_circle_and_above_it_not(period
 
 
 @given(between)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=effort.share(100), deadline=None)
 def test_above_the_double_root_the_dominant_mode_oscillates(periods):
     gain = fractional_delay.double_root(periods)
     for share, oscillates in ((1 - 1e-6, False), (1 + 1e-5, True)):
@@ -39,7 +40,7 @@ def test_above_the_double_root_the_dominant_mode_oscillates(periods):
 
 
 @given(between, st.floats(0.05, 1.4), st.floats(0.3, 3.0))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=effort.share(100), deadline=None)
 def test_a_complex_kappa_takes_its_angle_from_the_phase(periods, angle, size):
     """The polynomial with a complex gain, on either side of the limit."""
     mu = cmath.rect(size, angle)

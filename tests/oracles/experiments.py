@@ -5,6 +5,7 @@ interaction matrix by finite differences, and the pseudo-inverse.
 """
 
 import numpy as np
+from oracles.se3 import hat
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
@@ -40,11 +41,6 @@ def triangle(t):
 
 def sine(t):
     return 0.15 * np.sin(2 * np.pi * t / 15), 0.3 * np.pi / 15 * np.cos(2 * np.pi * t / 15)
-
-
-def hat(T):
-    x, y, z = T[3:]
-    return np.array([[0, -z, y, T[0]], [z, 0, -x, T[1]], [-y, x, 0, T[2]], [0, 0, 0, 0]])
 
 
 def pose(position, degrees):

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario, simulate
+from vsctrl.servo.results.outcome import Outcome, outcome
 from vsctrl.study.stability import Stability, stability
 from vsctrl.study.tracking.comparison import Comparison, validate
 
 
 @dataclass(frozen=True)
-class Examination:
+class LoopReport:
     """A scenario's stability, its validated tracking errors, and its runs with and without k_ff.
 
     Those two are runs of what theory knows of it (`Scenario.ideal`), like the comparison;
@@ -26,8 +28,24 @@ class Examination:
     without_feedforward: Run
     as_configured: Run | None = None
 
+    @property
+    def outcome(self) -> Outcome | None:
+        """The summary of the run as configured, where there is one."""
+        return None if self.as_configured is None else outcome(self.as_configured)
 
-def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: None) -> Examination:
+    def data(self) -> dict[str, Any]:
+        """All of its numbers as JSON takes them."""
+        scenario, own = self.scenario, self.outcome
+        return {
+            "scenario": {"digest": scenario.digest, **scenario.model_dump(mode="json")},
+            **self.stability.data(),
+            **self.comparison.data(),
+            "as_configured": None if own is None else own.data(),
+            "beyond_theory": scenario.beyond_theory,
+        }
+
+
+def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: None) -> LoopReport:
     """Compute all of it; `progress` is told each step as it begins.
 
     Where `validate` has nothing to compare, as with a reference that is held, the comparison is
@@ -35,7 +53,7 @@ def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: N
     twist, which is more likely a slip of the pen than a wish to hold.
     """
     progress("margins and limits")
-    found = stability(scenario)
+    margins = stability(scenario)
     progress("tracking errors, four ways")
     try:
         comparison = validate(scenario)
@@ -48,4 +66,4 @@ def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: N
     on = simulate(scenario.ideal.with_(k_ff=scenario.law.k_ff or 1.0))
     off = simulate(scenario.ideal.with_(k_ff=0.0))
     own = simulate(scenario) if scenario.beyond_theory else None
-    return Examination(scenario, found, comparison, on, off, own)
+    return LoopReport(scenario, margins, comparison, on, off, own)

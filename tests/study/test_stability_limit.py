@@ -11,6 +11,7 @@ from vsctrl import paper, study
 from vsctrl.errors import InputError
 from vsctrl.servo import timing
 from vsctrl.servo.control.law import Law
+from vsctrl.study.experiments import stability_limit
 
 simulator = importlib.import_module("vsctrl.servo.simulate")  # the module, not the function
 camera = importlib.import_module("vsctrl.servo.camera.camera")
@@ -109,7 +110,7 @@ def test_a_wrong_sign_in_one_column_of_l_moves_the_limit(monkeypatch, column):
         return L
 
     monkeypatch.setattr(camera, "point_interaction", flipped)
-    monkeypatch.setattr(study.edge, "OCTAVES", 3)  # that is where a limit would be
+    monkeypatch.setattr(stability_limit, "OCTAVES", 3)  # that is where a limit would be
     assert not small_edge().agrees
 
 

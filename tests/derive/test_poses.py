@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from moving import COLUMNS, finite_difference, reframed
+from oracles.moving import COLUMNS, finite_difference, reframed
 from scipy.spatial.transform import Rotation
 from sympy import eye, lambdify
 

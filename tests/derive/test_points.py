@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from moving import difference, finite_difference, moved, turned
+from oracles.moving import difference, finite_difference, moved, turned
 from sympy import Rational, Symbol, lambdify
 
 from vsctrl.derive import (

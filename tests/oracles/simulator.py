@@ -1,33 +1,38 @@
 """Plain and slow: the loop with everything that can be wrong in it, written straight from the text.
 
-As ``oracle``, it shares nothing with the package. A camera is a list of stretches of time in each
-of which its twist is known; any past pose is found by going along them again (SciPy's expm, or
-solve_ivp where a drive accelerates or lags). Derivatives are complex steps, of L along each twist
-and of the planned image along the reference's.
+It shares nothing with the package: the interaction matrix is the complex-step derivative of the
+projection along each twist (exact to rounding, no formula of L anywhere), the rate of the planned
+image one along the reference's, and the pseudo-inverse is formed outright. A camera is a list of
+stretches of time in each of which its twist is known; any past pose is found by going along them
+again (SciPy's expm, or solve_ivp where a drive accelerates or lags).
 """
 
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
-from oracle import hat, screw, start_pose
+from oracles.se3 import carried, hat, log
 from scipy.integrate import solve_ivp
-from scipy.linalg import expm, logm
+from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
 
 H = 1e-30  # of a complex step: its square is nothing
 TIGHT = {"rtol": 1e-12, "atol": 1e-13, "method": "DOP853"}
 
 
-def vee(A):
-    return np.array([*A[:3, 3], A[2, 1], A[0, 2], A[1, 0]])
+def start_pose(scenario):
+    """Where the scenario starts, as a pose of the camera in the frame of the target."""
+    oTc = np.eye(4)
+    angles = scenario.start.euler_xyz_deg
+    oTc[:3, :3] = Rotation.from_euler("XYZ", angles, degrees=True).as_matrix()
+    oTc[:3, 3] = scenario.start.position
+    return oTc
 
 
-def log6(M):
-    return vee(np.real(logm(M)))
-
-
-def carried(M, T):
-    """Ad(M) T, from hat(Ad(M) T) = M hat(T) M⁻¹."""
-    return vee(M @ hat(T) @ np.linalg.inv(M))
+def screw(scenario):
+    """Time → pose and twist of a constant twist."""
+    T = np.array([*scenario.motion.V, *scenario.motion.Omega])
+    return lambda t: (start_pose(scenario) @ expm(hat(T) * t), T)
 
 
 def lens(F, k1, p):
@@ -189,7 +194,7 @@ class Camera:
 
 def run(scenario, motion=None):  # noqa: C901 - one frame after the other, in one place
     """Columns (pose in the object, lag, true error, measured error, command, mean twist)."""
-    motion = motion or screw(scenario)
+    motion = cache(motion or screw(scenario))  # one along a path integrates from the start
     Ts, law, vision = scenario.vision.period, scenario.law, scenario.vision
     N, p = int(scenario.motion.duration / Ts + 1e-6), len(scenario.target.points)
     t = np.arange(N + 1) * Ts
@@ -277,7 +282,7 @@ def run(scenario, motion=None):  # noqa: C901 - one frame after the other, in on
             e = image - s_star
         else:
             away = np.linalg.inv(plan.pose(at_error)) @ found
-            e = np.concatenate([away[:3, :3].T @ away[:3, 3], log6(away)[3:]])
+            e = np.concatenate([away[:3, :3].T @ away[:3, 3], log(away)[3:]])
         held = camera.held(t[k] - Ts, t[k])
         first = e if first is None else first
         used = e if law.smooth is None else e - first * np.exp(-law.smooth * t[k])
@@ -302,7 +307,7 @@ def run(scenario, motion=None):  # noqa: C901 - one frame after the other, in on
         pose = pose_in_object(t[k])
         q = seen(scenario, pose)
         frames.append(
-            [pose, log6(np.linalg.inv(motion(t[k])[0]) @ pose), lens(F, k1, q) - plan.s(t[k]), e, T]
+            [pose, log(np.linalg.inv(motion(t[k])[0]) @ pose), lens(F, k1, q) - plan.s(t[k]), e, T]
         )
         arrivals = [(t[j] + late, j) for j in range(k + 1)]
         for when, j in arrivals:

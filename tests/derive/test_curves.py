@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from moving import COLUMNS, finite_difference, moved, turned
+from oracles.moving import COLUMNS, finite_difference, moved, turned
 from sympy import Matrix, Symbol, cos, exp, lambdify, sin, symbols, tan, zeros
 
 from vsctrl.derive import NORMALISED, PIXELS, Camera, interaction_matrix

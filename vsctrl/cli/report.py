@@ -1,0 +1,77 @@
+"""`vsctrl report`: a page and its numbers about one scenario."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from vsctrl.cli.output import echo_json
+
+STEPS = 4  #: that write_report announces
+
+
+@click.command()
+@click.argument("scenario", type=click.Path(path_type=Path), required=False)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path("report"),
+    show_default=True,
+    help="Folder for index.html and report.json.",
+)
+@click.option("--schema", is_flag=True, help="Print the JSON Schema of report.json and stop.")
+@click.option("--json", "as_json", is_flag=True, help="Print report.json instead of the table.")
+def report(scenario: Path | None, out: Path, schema: bool, as_json: bool) -> None:
+    """Predict, simulate and compare a SCENARIO.toml; write a page and its numbers.
+
+    Without SCENARIO it is the paper's sliding experiment.
+    """
+    if schema:
+        from vsctrl.report.data import ReportData
+
+        echo_json(ReportData.model_json_schema())
+        return
+    from vsctrl import paper
+    from vsctrl.servo import Scenario
+
+    chosen = Scenario.load(scenario) if scenario else paper.sliding()
+    from vsctrl.report import write_report
+
+    command = " ".join(["vsctrl report", *([scenario.name] if scenario else [])])
+    with _Progress() as progress:
+        written = write_report(chosen, out, command=command, progress=progress.step)
+    if as_json:
+        click.echo(written.data.read_text(encoding="utf-8"), nl=False)
+        return
+    click.echo(written.result.comparison)
+    click.echo()
+    for sentence in written.sentences:
+        click.echo(click.wrap_text(sentence, width=100))
+    click.echo(f"\n{written.page}\n{written.data}")
+
+
+class _Progress:
+    """A counter of steps on stderr, which appears with the first of them."""
+
+    def __init__(self) -> None:
+        self._bar: Any = None
+
+    def step(self, name: str) -> None:
+        from tqdm import tqdm
+
+        if self._bar is None:
+            form = "{n_fmt}/{total_fmt} {desc}"
+            self._bar = tqdm(total=STEPS, initial=1, desc=name, file=sys.stderr, bar_format=form)
+        else:
+            self._bar.n += 1
+            self._bar.set_description_str(name)
+
+    def __enter__(self) -> _Progress:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if self._bar is not None:
+            self._bar.close()

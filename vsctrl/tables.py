@@ -1,0 +1,113 @@
+"""How results show themselves: as text at a prompt, as HTML in a notebook, as numbers in JSON.
+
+A table is rows of cells that are text already; how a number is written is each result's own affair.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import Any, Protocol
+
+Row = Sequence[str]
+
+_LEFT, _TOP = " style='text-align:left'", " style='vertical-align:top'"
+
+
+class Printed:
+    """A result whose `repr` is its text, which is what somebody at a prompt wants to see."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+class Shown(Protocol):
+    """What shows itself in a notebook."""
+
+    def _repr_html_(self) -> str: ...
+
+
+class Tables(Printed):
+    """A result that shows itself as several tables (`_tables`) with paragraphs below (`_words`)."""
+
+    __slots__ = ()
+
+    def _tables(self) -> Iterable[Shown]:
+        raise NotImplementedError
+
+    def _words(self) -> Iterable[str]:
+        raise NotImplementedError
+
+    def __str__(self) -> str:
+        return "\n\n".join([*map(str, self._tables()), *self._words()])
+
+    def _repr_html_(self) -> str:
+        parts = [table._repr_html_() for table in self._tables()]
+        return "".join([*parts, paragraphs(self._words())])
+
+
+def text(rows: Iterable[Row], form: str) -> str:
+    """Rows as lines, whose cells `form` places, as "{:24}{:>9}  {}"; the last may be left out."""
+    return "\n".join(form.format(*row, *[""] * form.count("{")).rstrip() for row in rows)
+
+
+def fitting(rows: Sequence[Row], sides: str) -> str:
+    """The form whose columns are as wide as their widest cell; `sides`: < or > of each column."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(sides))]
+    return "  ".join(f"{{:{side}{width}}}" for side, width in zip(sides, widths, strict=True))
+
+
+def html(
+    rows: Iterable[Row],
+    *,
+    heads: Row = (),
+    caption: str = "",
+    remarks: Iterable[str] = (),
+    labels: bool = False,
+    left: int = 0,
+    top: bool = False,
+) -> str:
+    """Rows as an HTML table, whose cells are escaped, with a line break for each newline in them.
+
+    `heads`: of the columns; `remarks`: paragraphs below the table; `labels`: whether the first
+    cell of a row names it; `left`: the number of columns, from the first on, that are aligned to
+    the left; `top`: whether cells are aligned to the top.
+    """
+
+    def cells(row: Row, first: str, tag: str, left: int) -> str:
+        tags = [first] + [tag] * (len(row) - 1)
+        return "".join(
+            f"<{tag}{_LEFT * (column < left)}>{escape(cell).replace(chr(10), '<br>')}</{tag}>"
+            for column, (tag, cell) in enumerate(zip(tags, row, strict=True))
+        )
+
+    title = f"<caption>{escape(caption)}</caption>" if caption else ""
+    head = f"<tr>{cells(heads, 'th', 'th', 0)}</tr>" if heads else ""
+    name = "th" if labels else "td"
+    body = "".join(f"<tr{_TOP * top}>{cells(row, name, 'td', left)}</tr>" for row in rows)
+    return f"<table>{title}{head}{body}</table>{paragraphs(remarks)}"
+
+
+def paragraphs(texts: Iterable[str]) -> str:
+    """Texts as HTML paragraphs, escaped."""
+    return "".join(f"<p>{escape(each)}</p>" for each in texts)
+
+
+def finite(value: float | None) -> float | None:
+    """A number as JSON takes it: None where there is none, or an infinite one."""
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON takes it: text and truth as they are, tuples as lists, numbers as `finite`.
+
+    A complex number is its real and imaginary part.
+    """
+    if isinstance(value, tuple):
+        return [plain(entry) for entry in value]
+    if isinstance(value, complex):
+        return [finite(value.real), finite(value.imag)]
+    return value if value is None or isinstance(value, str | bool) else finite(value)
