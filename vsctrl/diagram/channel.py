@@ -26,6 +26,7 @@ from vsctrl.errors import InputError, nearest
 
 if TYPE_CHECKING:
     import control
+    import sympy as sp
 
     from vsctrl.diagram.pade.model import PadeModel
 

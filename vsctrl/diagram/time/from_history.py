@@ -85,12 +85,12 @@ def _pushes(past: InitialData, dynamic: DynamicBlock) -> Iterator[tuple[Signal, 
     if missing.terms:
         fed = Sum(f"{y}__fed = {block.input} + {y}__push")
         yield missing, f"{y}__push", [*rewired(f"{y}__fed -> {y}"), fed]
-    if callable(dynamic.past) and dynamic.order > 1:
-        slopes = past.functions[y].derivatives(Fraction(0), "left", dynamic.order)
+    if callable(dynamic.past) and dynamic.numbers.order > 1:
+        slopes = past.functions[y].derivatives(Fraction(0), "left", dynamic.numbers.order)
         d = dynamic.den
         numerator = sum(
             float(d[k] * slopes[j]) * s ** (k - j)
-            for k in range(2, dynamic.order + 1)
+            for k in range(2, dynamic.numbers.order + 1)
             for j in range(1, k)
         )
         if numerator:
