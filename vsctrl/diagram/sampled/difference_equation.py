@@ -93,7 +93,7 @@ class DifferenceEquation:
         return self.states + self._registers[2]
 
     def state_space(self) -> tuple[Array, Array, Array, Array]:
-        """(A, B, C, D) with shift registers for what is late, on the side that needs fewer."""
+        """(A, B, C, D) with shift registers for what is delayed, on the side that needs fewer."""
         m, n, taps = self.inner, self.states, self.taps
         rows, columns, keeps = self._registers
         matrix = _registers_of_columns(taps, columns) if columns else _registers_of_rows(taps, rows)
@@ -110,7 +110,7 @@ class DifferenceEquation:
 
     @cached_property
     def _registers(self) -> tuple[_Rows, dict[int, int], int]:
-        """The late rows, or else the late columns with their depths; and how many registers."""
+        """The delayed rows, or else the columns with their depths; and how many registers."""
         delays = [d for d in self.taps if d]
         columns = {
             c: max(d for d in delays if self.taps[d][:, c].any())
@@ -124,7 +124,7 @@ class DifferenceEquation:
 
 
 def _different(taps: dict[int, Array], delays: list[int]) -> _Rows:
-    """The rows that late taps fill, proportional ones once: (rows, their depth, mix of them)."""
+    """The rows that delayed taps fill, proportional ones once: (rows, their depth, mix of them)."""
     size = taps[0].shape[0]
     rows: list[int] = []
     mix = np.zeros((size, size))
@@ -143,7 +143,7 @@ def _different(taps: dict[int, Array], delays: list[int]) -> _Rows:
 
 
 def _registers_of_rows(taps: dict[int, Array], delayed: _Rows) -> Array:
-    """Each late row adds what it will need d samples from now to its register, d places back."""
+    """Each delayed row adds what it will need d samples from now to its register, d places back."""
     rows, depth, mix = delayed
     height, width = taps[0].shape
     starts = np.concatenate([[0], np.cumsum(depth)]).astype(int)
