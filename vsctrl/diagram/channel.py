@@ -26,6 +26,7 @@ from vsctrl.errors import InputError, nearest
 
 if TYPE_CHECKING:
     import control
+    import sympy as sp
 
     from vsctrl.diagram.pade.model import PadeModel
 
@@ -35,6 +36,11 @@ Complex = NDArray[np.complex128]
 
 class Channel(NumericChannel):
     """A transfer function between two signals of a `System`, `sign` included."""
+
+    @property
+    def expr(self) -> sp.Expr:
+        """The exact transfer function in s, numbers put in."""
+        return self.sign * self.system.transfer(self.source, self.target)
 
     def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
         """The exact response at ω (rad/s), for python-control's plots.

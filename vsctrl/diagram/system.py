@@ -21,10 +21,10 @@ from vsctrl.diagram.description.wiring import is_channel
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.realisation.reduction import delays_in_loops
 from vsctrl.diagram.roots import argument_principle, rightmost
+from vsctrl.diagram.sampled.system import SampledSystem
 from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
-    from vsctrl.diagram.sampled.system import SampledSystem
     from vsctrl.diagram.stability_chart.chart import StabilityChart
 
 Complex = NDArray[np.complex128]
@@ -65,8 +65,6 @@ class System(Numeric):
         the computer and their method, ``{"feed-forward": "backward", "PI": "tustin"}``; improper
         blocks before the hold must be among them. Errors: `InputError`, see `SampledSystem`.
         """
-        from vsctrl.diagram.sampled.system import SampledSystem
-
         return SampledSystem(self, period, hold, {} if digital is None else digital)
 
     def poles(self, n: int = 6) -> Complex:

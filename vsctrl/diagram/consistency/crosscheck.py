@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.diagram.consistency import sampled_limit
-from vsctrl.diagram.consistency.faces import System
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade import order as pade_order
+from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.roots import rightmost
 from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.time import collocation
@@ -48,6 +48,12 @@ class Check:
         """Whether the difference is explained."""
         return self.difference <= self.allowed
 
+    def row(self, note: str) -> tuple[str, ...]:
+        """Its row in a table, the note as that text has it."""
+        verdict = "pass" if self.passed else "FAIL"
+        verdict += note.format(self.note) if self.note else ""
+        return self.channel, self.faces, f"{self.difference:.1e}", f"{self.allowed:.0e}", verdict
+
 
 @dataclass(frozen=True, repr=False)
 class CrossCheck(Printed):
@@ -67,38 +73,28 @@ class CrossCheck(Printed):
         return html(self._rows(", {}"))
 
     def _rows(self, note: str) -> list[tuple[str, ...]]:
-        rows = [
-            (
-                line.channel,
-                line.faces,
-                f"{line.difference:.1e}",
-                f"{line.allowed:.0e}",
-                ("pass" if line.passed else "FAIL") + (note.format(line.note) if line.note else ""),
-            )
-            for line in self.lines
-        ]
-        return [("channel", "faces", "difference", "allowed", ""), *rows]
+        head = ("channel", "faces", "difference", "allowed", "")
+        return [head, *(line.row(note) for line in self.lines)]
 
 
-def crosscheck(system: System) -> CrossCheck:
+def crosscheck(system: Numeric) -> CrossCheck:
     """Hold all faces of every channel from an input to an output to each other."""
     pairs = product(system.diagram.inputs, system.diagram.outputs)
-    return CrossCheck(tuple(check for pair in pairs for check in _channel(system, system[pair])))
+    channels = [NumericChannel(system, *pair) for pair in pairs]
+    return CrossCheck(tuple(check for channel in channels for check in _channel(channel)))
 
 
-def _channel(system: System, channel: NumericChannel) -> list[Check]:
+def _channel(channel: NumericChannel) -> list[Check]:
     name = f"{channel.source} → {channel.target}"
     # Frequencies on and off the axis, two decades round the channel's own.
     omega = np.geomspace(0.05, 5.0, 7) / _unit(channel)
     points = np.concatenate([1j * omega, (0.3 + 1j) * omega[:4]])
     exact = channel(points)
     scale = 1 + np.abs(exact)
-    symbolic = np.array([complex(channel.expr.subs("s", point).evalf(30)) for point in points])
-    difference, allowed = (
-        _largest(exact - symbolic, scale),
-        1e-12 * _phase_rounding(channel, points),
-    )
-    compiled = Check(name, "compiled against symbolic, 30 digits", difference, allowed)
+    expr = channel.system.transfer(channel.source, channel.target)
+    symbolic = [channel.sign * complex(expr.subs("s", point).evalf(30)) for point in points]
+    faces, allowed = "compiled against symbolic, 30 digits", _phase_rounding(channel, points)
+    compiled = Check(name, faces, _largest(exact - symbolic, scale), 1e-12 * allowed)
     try:
         realised = channel.realisation.transfer(points)[:, 0, 0] * channel.sign
     except ImproperError as error:  # any other refusal is the user's to see
@@ -109,7 +105,7 @@ def _channel(system: System, channel: NumericChannel) -> list[Check]:
         _roots(channel, name),
         _time(channel, name),
         *_pade(channel, name, points),
-        *_sampled(system, channel, name),
+        *_sampled(channel, name),
     ]
 
 
@@ -164,11 +160,11 @@ def _pade(channel: NumericChannel, name: str, points: Complex) -> list[Check]:
     ]
 
 
-def _sampled(system: System, channel: NumericChannel, name: str) -> list[Check]:
+def _sampled(channel: NumericChannel, name: str) -> list[Check]:
     """The sampled twin nears the continuous channel with first order as its period shrinks."""
     faces = "sampled against continuous, T → 0"
     try:
-        errors = sampled_limit.approach(system, channel, _unit(channel))
+        errors = sampled_limit.approach(channel, _unit(channel))
     except (InputError, LimitError) as error:  # not every diagram has a twin, and check() asks all
         return [Check(name, faces, 0.0, 0.0, f"left out: {error}")]
     note = f"{errors.hold!r} held, T = {errors.period / 4:.2g} s"
@@ -185,7 +181,7 @@ def _roots(channel: NumericChannel, name: str) -> Check:
     That is |D/D'|, or √|2D/D''| beside a double zero, where D' is rounding too.
     """
     poles = rightmost.poles(channel.realisation, 4)
-    below = channel.expr.as_numer_denom()[1]
+    below = channel.system.transfer(channel.source, channel.target).as_numer_denom()[1]
     forms = [below, below.diff(s), below.diff(s, 2)]
     unit = _unit(channel)
     steps = []

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.diagram.consistency.faces import System
 from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.numerics.graphs import reached
 from vsctrl.diagram.realisation.delay_system import common_divisor
+from vsctrl.diagram.sampled.system import SampledSystem
 from vsctrl.errors import InputError
 
 Complex = NDArray[np.complex128]
@@ -46,7 +46,7 @@ class Approach:
         return halved and self.extrapolated <= max(1e-9, LEFT * self.quarter)
 
 
-def approach(system: System, channel: NumericChannel, unit: float) -> Approach:
+def approach(channel: NumericChannel, unit: float) -> Approach:
     """The twin of a channel at ever shorter periods, beginning at a fraction of `unit` (s).
 
     Errors: `InputError` where no signal can be held, and for delays that share no period.
@@ -57,7 +57,7 @@ def approach(system: System, channel: NumericChannel, unit: float) -> Approach:
     exact: Complex = channel(1j * omega)
 
     def value(T: float, hold: str) -> Complex:
-        twin = system.sampled(T, hold, digital)[channel.source, channel.target]
+        twin = SampledSystem(channel.system, T, hold, digital)[channel.source, channel.target]
         return np.asarray(channel.sign * twin(np.exp(1j * omega * T)), complex)
 
     def error(H: Complex) -> float:

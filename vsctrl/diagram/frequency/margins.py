@@ -127,8 +127,8 @@ def margins(
     peak_at, peak = highest_peak(L, ends, None, distance, limits, close)
     top_at, top = highest_peak(L, ends, size, distance, limits, close)
     if tail is not None:
-        peak_at, peak = max((peak_at, peak), (math.inf, tail.peak), key=lambda peak: peak[1])
-        top_at, top = max((top_at, top), (math.inf, tail.top), key=lambda peak: peak[1])
+        peak_at, peak = max((peak_at, peak), (math.inf, tail.peak), key=lambda pair: pair[1])
+        top_at, top = max((top_at, top), (math.inf, tail.top), key=lambda pair: pair[1])
     nearest = int(np.abs(phases).argmin()) if len(phases) else 0
     return Margins(
         gain=float(min((f for f in factors if f >= 1), default=math.inf)),

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vsctrl.checks import decimal, points
+from vsctrl.checks import points
 from vsctrl.diagram.realisation.assembly import realise
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.roots import rightmost
 from vsctrl.diagram.symbolic import evaluation
 from vsctrl.errors import InputError
-
-if TYPE_CHECKING:
-    from vsctrl.symbols import Expr
 
 #: points evaluated together: few enough that what is computed on the way stays in the cache
 AT_ONCE = 8192
@@ -36,14 +33,6 @@ class NumericChannel:
     def __post_init__(self) -> None:
         self.system.diagram.check_channel(self.source, self.target)
 
-    @property
-    def expr(self) -> Expr:
-        """The exact transfer function in s, numbers put in."""
-        diagram, values = self.system.diagram, self.system.values
-        symbols = diagram.parameters
-        numbers = {symbols[name]: decimal(f"at: {name}", value) for name, value in values.items()}
-        return self.sign * diagram.transfer(self.source, self.target).subs(numbers)
-
     @cached_property
     def realisation(self) -> DelaySystem:
         """State space plus delay channels; errors for an improper channel."""
@@ -55,8 +44,8 @@ class NumericChannel:
 
         Errors: `InputError` where s is not finite.
         """
-        at = points("channel: s", s)
-        compiled, flat = self._compiled(), at.reshape(-1)
+        s_values = points("channel: s", s)
+        compiled, flat = self._compiled(), s_values.reshape(-1)
         values = np.empty(flat.shape, complex)
         with np.errstate(all="ignore"):
             for i in range(0, len(flat), AT_ONCE):
@@ -69,7 +58,7 @@ class NumericChannel:
         if len(lost):
             values[lost] = [self._where_a_block_is_infinite(point) for point in flat[lost]]
         values = values if self.sign > 0 else np.negative(values, out=values)
-        return values.reshape(at.shape) if at.ndim else complex(values[0])
+        return values.reshape(s_values.shape) if s_values.ndim else complex(values[0])
 
     def _compiled(self) -> Any:
         try:

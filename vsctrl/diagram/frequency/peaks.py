@@ -58,10 +58,10 @@ def highest_peak(
     heights = height(L(1j * omega))
     best = int(heights.argmax())
     # The supremum may be a limit that is not reached, at ω = 0 or at ω = ∞.
-    for at, limit in zip((0.0, math.inf), limits, strict=True):
+    for edge, limit in zip((0.0, math.inf), limits, strict=True):
         end = float(height(limit)) if abs(limit) < math.inf else float(above is not None)
         if not math.isnan(limit.real) and end > heights[best]:
-            omega, heights, best = np.array([at]), np.array([end]), 0
+            omega, heights, best = np.array([edge]), np.array([end]), 0
     return float(omega[best]), float(heights[best])
 
 

@@ -45,7 +45,7 @@ def _power(L: Response, omega: float, step: float) -> tuple[float, int]:
     Of an |L| that ripples, as one with a delay inside does, the largest of a few neighbours counts.
     """
     ripple = step ** np.linspace(0.0, 0.5, 24)
-    size, away = (np.abs(L(1j * at * ripple)).max() for at in (omega, omega * step))
+    size, away = (np.abs(L(1j * w * ripple)).max() for w in (omega, omega * step))
     if not (0 < size < math.inf and 0 < away < math.inf):
         return 1.0, 0
     return float(size), round(math.log(away / size) / math.log(step))
@@ -82,9 +82,9 @@ def chebyshev_pieces(L: Response, grid: Array, delay_s: float) -> tuple[Array, C
         stuck = (tail < np.maximum(1e-9, 1e-12 / half)) & (tail > 0.1 * before)
         small = half < 1e-12
         fine = (tail <= known) | (stuck & (tail < 1e-2)) | small
-        kept = fine & ~(small & (tail > 1e-2))
-        done_ends.append(open_ends[kept])
-        done.append(coefficients[kept])
+        keep = fine & ~(small & (tail > 1e-2))
+        done_ends.append(open_ends[keep])
+        done.append(coefficients[keep])
         rest, mid, before = open_ends[~fine], mid[~fine], np.tile(tail[~fine], 2)
         open_ends = np.vstack(
             [np.column_stack([rest[:, 0], mid]), np.column_stack([mid, rest[:, 1]])]

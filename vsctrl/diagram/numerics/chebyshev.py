@@ -27,8 +27,8 @@ def squared(coefficients: NDArray[np.complex128], offset: float) -> Array:
     """The coefficients of |f + offset|² from those of complex sums f, twice as many."""
     degree = coefficients.shape[1] - 1
     _, to_coefficients, values = tables(2 * degree)
-    at = coefficients @ values[:, : degree + 1].T + offset
-    return np.asarray((np.abs(at) ** 2) @ to_coefficients.T)
+    sums = coefficients @ values[:, : degree + 1].T + offset
+    return np.asarray((np.abs(sums) ** 2) @ to_coefficients.T)
 
 
 def less(coefficients: Array, constant: float) -> Array:
@@ -69,9 +69,9 @@ def inner_tables(degree: int) -> tuple[Array, Array]:
     return nodes, np.asarray(np.linalg.inv(chebyshev.chebvander(nodes, degree)), float)
 
 
-def interpolation_matrix(at: Array, degree: int) -> Array:
+def interpolation_matrix(points: Array, degree: int) -> Array:
     """From the values of a sum at the nodes to those at some points of [−1, 1]."""
-    return np.asarray(chebyshev.chebvander(at, degree) @ tables(degree)[1], float)
+    return np.asarray(chebyshev.chebvander(points, degree) @ tables(degree)[1], float)
 
 
 def slope(coefficients: Array, length: float) -> Array:

@@ -26,7 +26,7 @@ def zeros(coefficients: Array) -> tuple[NDArray[np.intp], Array]:
     index = np.arange(len(coefficients))
     size = np.abs(coefficients).max(axis=1, initial=0.0)
     middle, half, c = np.zeros(len(index)), 1.0, coefficients
-    found: list[tuple[NDArray[np.intp], Array]] = []
+    located: list[tuple[NDArray[np.intp], Array]] = []
     for level in range(3):
         if level:
             quarters = _quarters(coefficients.shape[1] - 1)
@@ -40,13 +40,13 @@ def zeros(coefficients: Array) -> tuple[NDArray[np.intp], Array]:
             break
         slope = c @ slope_matrix(c.shape[1] - 1)
         monotone = np.abs(slope[:, 0]) > np.abs(slope[:, 1:]).sum(axis=1)
-        at, xi, sure = _one_zero(c[monotone], slope[monotone], size[index[monotone]])
-        found.append((index[monotone][at], middle[monotone][at] + half * xi))
+        crossing, xi, sure = _one_zero(c[monotone], slope[monotone], size[index[monotone]])
+        located.append((index[monotone][crossing], middle[monotone][crossing] + half * xi))
         monotone[np.flatnonzero(monotone)[~sure]] = False
         c, middle, index = c[~monotone], middle[~monotone], index[~monotone]
-    at, xi = _colleague(c, size[index])
-    found.append((index[at], middle[at] + half * xi))
-    pieces, places = (np.concatenate(side) for side in zip(*found, strict=True))
+    crossing, xi = _colleague(c, size[index])
+    located.append((index[crossing], middle[crossing] + half * xi))
+    pieces, places = (np.concatenate(side) for side in zip(*located, strict=True))
     return pieces, np.clip(places, -1.0, 1.0)
 
 
@@ -59,13 +59,15 @@ def _one_zero(
     # A zero at a common end must be found by one side at least, whatever rounding says.
     near = 1e-13 * size
     crosses = (np.minimum(low, high) <= near) & (np.maximum(low, high) >= -near)
-    at = np.flatnonzero(crosses)
-    rise = high[at] - low[at]
-    xi = np.divide(-high[at] - low[at], rise, out=np.zeros(len(at)), where=rise != 0)
-    xi, step = _polish(c[at], slope[at], xi, 6)
+    crossing = np.flatnonzero(crosses)
+    rise = high[crossing] - low[crossing]
+    xi = np.divide(
+        -high[crossing] - low[crossing], rise, out=np.zeros(len(crossing)), where=rise != 0
+    )
+    xi, step = _polish(c[crossing], slope[crossing], xi, 6)
     sure = np.ones(len(c), bool)
-    sure[at] = step <= 1e-9
-    return at[sure[at]], xi[sure[at]], sure
+    sure[crossing] = step <= 1e-9
+    return crossing[sure[crossing]], xi[sure[crossing]], sure
 
 
 def _colleague(c: Array, size: Array) -> tuple[NDArray[np.intp], Array]:
@@ -80,9 +82,9 @@ def _colleague(c: Array, size: Array) -> tuple[NDArray[np.intp], Array]:
     matrix[:, -1, :] -= c[:, :-1] / (2 * lead[:, None])
     roots = np.linalg.eigvals(matrix)
     hits = (np.abs(roots.imag) < 1e-7) & (np.abs(roots.real) <= 1 + 1e-9)
-    at, which = np.nonzero(hits)
-    slope = c[at] @ slope_matrix(c.shape[1] - 1)
-    return at, _polish(c[at], slope, roots.real[at, which], 2)[0]
+    sums, which = np.nonzero(hits)
+    slope = c[sums] @ slope_matrix(c.shape[1] - 1)
+    return sums, _polish(c[sums], slope, roots.real[sums, which], 2)[0]
 
 
 def _polish(c: Array, slope: Array, xi: Array, rounds: int) -> tuple[Array, Array]:

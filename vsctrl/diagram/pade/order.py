@@ -48,18 +48,18 @@ def model(channel: NumericChannel, order: object, tol: object, band: object) -> 
     if not channel.realisation.delays:
         return _of_order(channel, 1, limits)
 
-    def judge(candidate: PadeModel) -> tuple[float, str]:
+    def judge(candidate: PadeModel) -> Judgement:
         # A few frequencies are enough to see that most orders fail.
         error = candidate.roughly_worst()
         return (candidate.worst()[1] if error <= bound else error), "response"
 
     smallest, best, *_ = _smallest(channel, bound, limits, judge)
-    if smallest:
+    if smallest is not None:
         return smallest
-    at, least = _of_order(channel, best, limits).worst()
+    omega, least = _of_order(channel, best, limits).worst()
     raise InputError(
         f"pade: tol = {bound:g} is reached by no order up to {MOST} from {limits[0]:g} to "
-        f"{limits[1]:g} rad/s; the best is order {best}, off by {least:.2g} at {at:.4g} rad/s. "
+        f"{limits[1]:g} rad/s; the best is order {best}, off by {least:.2g} at {omega:.4g} rad/s. "
         "Allow more, or give a band that ends lower."
     )
 
@@ -82,7 +82,7 @@ def model_for(
     if not loop.realisation.delays:
         return _of_order(loop, 1, limits)
     smallest, best, least, worst = _smallest(loop, bound, limits, partial(_disagreement, exact()))
-    if smallest:
+    if smallest is not None:
         return smallest
     raise InputError(
         f"pade: tol = {bound:g} is reached on the margins by no order up to {MOST}; the best is "
@@ -118,7 +118,7 @@ def model_margins(model: PadeModel) -> Margins:
     return margins(model.values, np.concatenate(rates), 0.0, unstable)
 
 
-def _disagreement(exact: Margins, model: PadeModel) -> tuple[float, str]:
+def _disagreement(exact: Margins, model: PadeModel) -> Judgement:
     """The largest relative difference of the margins, and of which; infinite where L differs."""
     if model.D[0, 0] == -1:
         return math.inf, "algebraic loop"

@@ -176,15 +176,15 @@ class _Placer:
             self.rows.add(lane)
             return lane
         extent = self._extent(chain)
-        at = [self.lane[i] for i in (source, sink) if i is not None]
-        if at[0] != at[-1]:
-            return self._between(at[0], at[-1], extent)
+        lanes = [self.lane[i] for i in (source, sink) if i is not None]
+        if lanes[0] != lanes[-1]:
+            return self._between(lanes[0], lanes[-1], extent)
         if sink is None and source is not None and self.out.get(source, "right") == "right":
             beyond = (self.column[source] + 1e-9, extent[1])
-            if self._free(at[0], beyond):
-                return at[0]
+            if self._free(lanes[0], beyond):
+                return lanes[0]
         below = self.out.get(chain.nodes[0], "right") in ("left", "top")
-        return self._outward(at[0], 1 if below else -1, extent)
+        return self._outward(lanes[0], 1 if below else -1, extent)
 
     def _free(self, lane: float, extent: tuple[float, float]) -> bool:
         return not any(a <= extent[1] and extent[0] <= b for a, b in self.busy[lane])

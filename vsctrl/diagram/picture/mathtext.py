@@ -77,8 +77,8 @@ def _product(factors: list[sp.Expr | str], alone: bool = True) -> tuple[Run, ...
     for factor in factors:
         part = _factor(factor, brackets=len(factors) > 1 or not alone)
         digits = part[0].text[0].isdigit() and runs
-        apart = runs and (runs[-1].rise < 0 or len(runs[-1].text) > 1 < len(part[0].text))
-        if digits or apart or root:
+        names = runs and (runs[-1].rise < 0 or len(runs[-1].text) > 1 < len(part[0].text))
+        if digits or names or root:
             runs.append(Run("·" if digits else THIN))
         root = part[0].text == "√"
         runs += part

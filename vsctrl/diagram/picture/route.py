@@ -92,11 +92,11 @@ class _Router:
 
 
 def _corners(path: list[Point]) -> tuple[Point, ...]:
-    kept = path[:1]
+    corners = path[:1]
     for before, here, after in zip(path, path[1:], path[2:], strict=False):
         if (before[0] == here[0]) != (here[0] == after[0]):
-            kept.append(here)
-    return (*kept, path[-1])
+            corners.append(here)
+    return (*corners, path[-1])
 
 
 class _Maze:
@@ -123,8 +123,8 @@ class _Maze:
 
     def turns(self, i: int, j: int) -> bool:
         """Whether a wire of this signal may have a corner here."""
-        at = j * self.nx + i
-        return not self.level[at] and not self.upright[at]
+        cell = j * self.nx + i
+        return not self.level[cell] and not self.upright[cell]
 
     def along(self, wire: Wire) -> Iterator[tuple[int, int]]:
         """Every node of the maze that a wire touches."""
@@ -142,8 +142,8 @@ class _Maze:
                 for v in range(min(j, m), max(j, m) + 1):
                     blocked[v * self.nx + u] = self.crossed[v * self.nx + u] = 1
             for corner in ((i, j), (k, m)):
-                at = corner[1] * self.nx + corner[0]
-                self.level[at] = self.upright[at] = 1
+                cell = corner[1] * self.nx + corner[0]
+                self.level[cell] = self.upright[cell] = 1
 
     def _reserve(self) -> None:
         """Block boxes, and in front of each port everything but its own wire."""
@@ -195,12 +195,12 @@ class _Maze:
                 u, v = i + step[0], j + step[1]
                 if not (0 <= u < nx and 0 <= v < ny):
                     continue
-                new, at = (u, v, *step), v * nx + u
-                if (self.level if step[0] else self.upright)[at] and new != goal:
+                new, cell = (u, v, *step), v * nx + u
+                if (self.level if step[0] else self.upright)[cell] and new != goal:
                     continue
                 more = spent + _ALONG * abs(xs[u] - xs[i]) + _ACROSS * abs(ys[v] - ys[j])
                 more += _BRANCH if not (dx or dy) else _BEND if (dx, dy) != step else 0.0
-                more += _CROSSING * self.crossed[at] if new != goal else 0.0
+                more += _CROSSING * self.crossed[cell] if new != goal else 0.0
                 if more < cost.get(new, float("inf")) - 1e-9:
                     cost[new], came[new] = more, state
                     pushed += 1

@@ -91,8 +91,8 @@ def symbol(name: str) -> Line:
     if name == "z_inv":
         return Line((Run("z", italic=True), Run("−1").script(0.4)))
     stem, _, below = name.strip("_").partition("_")
-    if not below and (found := re.fullmatch(r"([^\W\d]+)(\d+)", stem)):
-        stem, below = found.groups()
+    if not below and (match := re.fullmatch(r"([^\W\d]+)(\d+)", stem)):
+        stem, below = match.groups()
     hat = stem.endswith("hat") and len(stem) > 3
     if below == "hat":
         hat, below = True, ""

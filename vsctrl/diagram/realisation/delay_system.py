@@ -72,14 +72,14 @@ class DelaySystem:
         rest = np.hstack([self.C[1:], self.D[1:, r:]]) + np.outer(self.D[1:, 0], u)
         return DelaySystem(states[:, :n], states[:, n:], rest[:, :n], rest[:, n:], self.delays)
 
-    def characteristic(self, at: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def characteristic(self, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """The matrix [[sI − A, −B₂], [−Δ C₂, I − Δ D₂₂]], Δ = diag e^{−sτ}; its zeros are poles.
 
-        `at` has any shape; the result is (…, n+m, n+m).
+        `s` has any shape; the result is (…, n+m, n+m).
         """
         tau, fixed, unit, delayed, _ = self._affine
-        lag = np.exp(-at[..., None] * tau)[..., None]
-        return np.asarray(fixed + at[..., None, None] * unit - lag * delayed, complex)
+        lag = np.exp(-s[..., None] * tau)[..., None]
+        return np.asarray(fixed + s[..., None, None] * unit - lag * delayed, complex)
 
     @cached_property
     def _affine(self) -> tuple[Array, Array, Array, Array, Array]:
@@ -94,22 +94,22 @@ class DelaySystem:
         return tau, fixed, unit, delayed, tau[:, None] * delayed
 
     def characteristic_and_slope(
-        self, at: NDArray[np.complex128]
+        self, s: NDArray[np.complex128]
     ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
         """`characteristic` and its derivative with respect to s, same shape."""
         tau, fixed, unit, delayed, slope = self._affine
-        lag = np.exp(-at[..., None] * tau)[..., None]
-        matrix = fixed + at[..., None, None] * unit - lag * delayed
+        lag = np.exp(-s[..., None] * tau)[..., None]
+        matrix = fixed + s[..., None, None] * unit - lag * delayed
         return np.asarray(matrix, complex), np.asarray(unit + lag * slope, complex)
 
-    def transfer(self, at: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """The p×r transfer matrix at each s of `at`, exact; (…, p, r)."""
+    def transfer(self, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """The p×r transfer matrix at each point `s` (rad/s), exact; (…, p, r)."""
         n, r, p = len(self.A), self.inputs, self.outputs
-        lag = np.exp(-at[..., None] * self.tau)[..., None]
-        right = np.zeros((*at.shape, n + len(self.delays), r), complex)
+        lag = np.exp(-s[..., None] * self.tau)[..., None]
+        right = np.zeros((*s.shape, n + len(self.delays), r), complex)
         right[..., :n, :] = self.B[:, :r]
         right[..., n:, :] = lag * self.D[p:, :r]
-        inner = np.linalg.solve(self.characteristic(at), right)
+        inner = np.linalg.solve(self.characteristic(s), right)
         left = np.hstack([self.C[:p], self.D[:p, r:]])
         return np.asarray(left @ inner + self.D[:p, :r], complex)
 

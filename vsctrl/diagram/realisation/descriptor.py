@@ -9,6 +9,7 @@ What then still depends on a derivative is an improper channel, and is refused.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -51,7 +52,7 @@ def reduce(pencil: Pencil, outputs: Array, blocks: list[str]) -> Reduced:
     `blocks` names the algebraic variables; `outputs` are rows over [X; a; U].
     Errors: `InputError` naming the blocks of a singular algebraic loop.
     """
-    whole = pencil
+    original = pencil
     pencil, outputs, unsolved = _substituted(pencil, outputs)
     n, q = pencil.states, pencil.algebraic
     A, Ba, B = pencil.slope[:, :n], pencil.slope[:, n : n + q], [pencil.slope[:, n + q :]]
@@ -69,7 +70,7 @@ def reduce(pencil: Pencil, outputs: Array, blocks: list[str]) -> Reduced:
         basis, triangle = np.linalg.qr(R.T, mode="complete")
         k = q - rank
         if len(R.T) < k or np.linalg.matrix_rank(triangle, tol=RANK_TOLERANCE * 10) < k:
-            raise singular_loop(whole, unsolved, blocks)
+            raise singular_loop(original, unsolved, blocks)
         stay, go = basis[:, k:], basis[:, :k]
         # go-part of X = −(R go)⁻¹ Σ (bound Hₖ) U⁽ᵏ⁾, and its derivative replaces the used ties.
         tied = [-np.linalg.solve(R @ go, bound @ Hk) for Hk in H]
@@ -82,7 +83,7 @@ def reduce(pencil: Pencil, outputs: Array, blocks: list[str]) -> Reduced:
         G = np.vstack([free @ G, go.T @ Ba])
         A, Ba, B, C = stay.T @ A @ stay, stay.T @ Ba, [stay.T @ Bk for Bk in B], C @ stay
     else:  # pragma: no cover - each round removes a state, so n rounds always suffice
-        raise singular_loop(whole, unsolved, blocks)
+        raise singular_loop(original, unsolved, blocks)
     if q:
         solved, drives = -np.linalg.solve(G, F), [-np.linalg.solve(G, Hk) for Hk in H]
         A, C = A + Ba @ solved, C + Ca @ solved
@@ -120,10 +121,7 @@ def _substituted(pencil: Pencil, outputs: Array) -> tuple[Pencil, Array, list[in
 
 
 def causal(
-    system: Reduced,
-    delays: tuple[Fraction, ...],
-    sources: tuple[str, ...],
-    targets: tuple[str, ...],
+    system: Reduced, delays: tuple[Fraction, ...], sources: Sequence[str], targets: Sequence[str]
 ) -> tuple[Array, Array, Array, Array, tuple[Fraction, ...]]:
     """Move every derivative into the states or behind a delay: (A, B, C, D, delays).
 

@@ -63,9 +63,11 @@ def _merged(system: DelaySystem) -> DelaySystem:
             C[i], D[i] = C[i] + alike * C[j], D[i] + alike * D[j]
         elif same is not None:
             B[:, i], D[:, i] = B[:, i] + same * B[:, j], D[:, i] + same * D[:, j]
-        kept = np.delete(np.arange(len(system.delays)), j)
-        delays = tuple(system.delays[k] for k in kept)
-        return _merged(DelaySystem(system.A, B[:, kept], C[kept], D[np.ix_(kept, kept)], delays))
+        others = np.delete(np.arange(len(system.delays)), j)
+        delays = tuple(system.delays[k] for k in others)
+        return _merged(
+            DelaySystem(system.A, B[:, others], C[others], D[np.ix_(others, others)], delays)
+        )
     return system
 
 

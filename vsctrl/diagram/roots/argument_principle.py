@@ -87,14 +87,14 @@ def _listed(system: DelaySystem, sigma: float, count: float | None) -> Complex:
 
 def _about(strongly: bool | None, line: float, sigma: float) -> str:
     """A sentence on chains left of the line of which the delays' ratios may be the only reason."""
-    told = {
+    rest = {
         None: "; whether they stay left of {} if the delays change is not told.",
         True: ", strongly: small changes of the delays bring none right of {}.",
         False: ", but not strongly: arbitrarily small changes of the delays bring some right of "
         "{}.",
     }[strongly].format(f"{sigma:g} rad/s")
     return (
-        f"The chains of roots of this neutral loop lie no further right than {line:g} rad/s{told}"
+        f"The chains of roots of this neutral loop lie no further right than {line:g} rad/s{rest}"
     )
 
 

@@ -220,5 +220,5 @@ def _expanded(D: Array, delays: tuple[Fraction, ...]) -> _Terms:
             sums[T] = sums.get(T, 0.0) + (-1) ** k * float(np.linalg.det(block))
             sizes[T] = sizes.get(T, 0.0) + float(np.prod(np.abs(block).sum(1)))
     # What cancels but for rounding is no term: it would make a chain that does not exist.
-    kept = sorted(T for T, c in sums.items() if abs(c) > 1e-14 * sizes[T])
-    return _Terms(np.array([sums[T] for T in kept]), tuple(kept))
+    lasting = sorted(T for T, c in sums.items() if abs(c) > 1e-14 * sizes[T])
+    return _Terms(np.array([sums[T] for T in lasting]), tuple(lasting))

@@ -68,22 +68,24 @@ class SampledChannel:
 
         Errors: `InputError` where z is not finite, and at 0 where anything is delayed.
         """
-        at = points("channel: z", z)
+        z_values = points("channel: z", z)
         longest = max(self.difference_equation.taps)
-        if longest and (at == 0).any():
+        if longest and (z_values == 0).any():
             raise InputError(
                 "channel: z = 0 is not usable, as the loop's delays z^{−d} are infinite there; "
                 "give another number."
             )
         with np.errstate(divide="ignore"):
-            power = longest * np.abs(np.log(np.abs(at))) if longest else np.zeros(at.shape)
+            power = (
+                longest * np.abs(np.log(np.abs(z_values))) if longest else np.zeros(z_values.shape)
+            )
         far = power > evaluation.FARTHEST
-        value = self.difference_equation.transfer(np.where(far, 1.0, at))[..., 0, 0]
+        value = self.difference_equation.transfer(np.where(far, 1.0, z_values))[..., 0, 0]
         if far.any():
             value = np.array(value)
-            value[far] = [self._where_floats_overflow(point) for point in at[far]]
+            value[far] = [self._where_floats_overflow(point) for point in z_values[far]]
         value = value if self.sign > 0 else -value
-        return value if at.ndim else complex(value)
+        return value if z_values.ndim else complex(value)
 
     def _where_floats_overflow(self, z: complex) -> complex:
         """The value where z^{−d} is too large or too small for a float, in numbers of any size."""
@@ -93,13 +95,13 @@ class SampledChannel:
         def value(mp: Any) -> Any:
             at = mp.mpc(z)
             terms = (at ** (-d) * mp.matrix(T.tolist()) for d, T in equation.taps.items())
-            whole = sum(terms, mp.mpf(0))
+            total = sum(terms, mp.mpf(0))
             if not m:
-                return whole[0, 0]
-            P = -whole[:m, :m]
+                return total[0, 0]
+            P = -total[:m, :m]
             for i in range(m):
                 P[i, i] += at if i < n else 1
-            return (whole[m:, :m] * mp.lu_solve(P, whole[:m, m:]))[0, 0] + whole[m, m]
+            return (total[m:, :m] * mp.lu_solve(P, total[:m, m:]))[0, 0] + total[m, m]
 
         return evaluation.to_agreement(value, f"z = {complex(z):g}")
 

@@ -93,13 +93,13 @@ class DifferenceEquation:
         return self.states + self._registers[2]
 
     def state_space(self) -> tuple[Array, Array, Array, Array]:
-        """(A, B, C, D) with shift registers for what is late, on the side that needs fewer."""
+        """(A, B, C, D) with shift registers for what is delayed, on the side that needs fewer."""
         m, n, taps = self.inner, self.states, self.taps
         rows, columns, keeps = self._registers
-        whole = _registers_of_columns(taps, columns) if columns else _registers_of_rows(taps, rows)
+        matrix = _registers_of_columns(taps, columns) if columns else _registers_of_rows(taps, rows)
         # Rows [x⁺; v; y; registers⁺] over [x; v; e; registers]: put v in, then sort.
-        v = whole[n:m].copy()
-        rest, gain = np.delete(whole, range(n, m), 0), np.delete(whole, range(n, m), 0)[:, n:m]
+        v = matrix[n:m].copy()
+        rest, gain = np.delete(matrix, range(n, m), 0), np.delete(matrix, range(n, m), 0)[:, n:m]
         closed = np.delete(rest + gain @ v, range(n, m), 1)
         outputs, inputs = taps[0].shape[0] - m, taps[0].shape[1] - m
         r = [*range(n), *range(n + outputs, n + outputs + keeps)]
@@ -110,7 +110,7 @@ class DifferenceEquation:
 
     @cached_property
     def _registers(self) -> tuple[_Rows, dict[int, int], int]:
-        """The late rows, or else the late columns with their depths; and how many registers."""
+        """The delayed rows, or else the columns with their depths; and how many registers."""
         delays = [d for d in self.taps if d]
         columns = {
             c: max(d for d in delays if self.taps[d][:, c].any())
@@ -124,7 +124,7 @@ class DifferenceEquation:
 
 
 def _different(taps: dict[int, Array], delays: list[int]) -> _Rows:
-    """The rows that late taps fill, proportional ones once: (rows, their depth, mix of them)."""
+    """The rows that delayed taps fill, proportional ones once: (rows, their depth, mix of them)."""
     size = taps[0].shape[0]
     rows: list[int] = []
     mix = np.zeros((size, size))
@@ -143,21 +143,21 @@ def _different(taps: dict[int, Array], delays: list[int]) -> _Rows:
 
 
 def _registers_of_rows(taps: dict[int, Array], delayed: _Rows) -> Array:
-    """Each late row adds what it will need d samples from now to its register, d places back."""
+    """Each delayed row adds what it will need d samples from now to its register, d places back."""
     rows, depth, mix = delayed
     height, width = taps[0].shape
     starts = np.concatenate([[0], np.cumsum(depth)]).astype(int)
     keeps = int(starts[-1])
-    whole = np.zeros((height + keeps, width + keeps))
-    whole[:height, :width] = taps[0]
+    matrix = np.zeros((height + keeps, width + keeps))
+    matrix[:height, :width] = taps[0]
     for j, (row, start, length) in enumerate(zip(rows, starts, depth, strict=False)):
-        whole[:height, width + start] = mix[:, j]
+        matrix[:height, width + start] = mix[:, j]
         for i in range(length - 1):
-            whole[height + start + i, width + start + i + 1] = 1.0
+            matrix[height + start + i, width + start + i + 1] = 1.0
         for d in taps:
             if 0 < d <= length:
-                whole[height + start + d - 1, :width] = taps[d][row]
-    return whole
+                matrix[height + start + d - 1, :width] = taps[d][row]
+    return matrix
 
 
 def _registers_of_columns(taps: dict[int, Array], columns: dict[int, int]) -> Array:

@@ -77,8 +77,8 @@ def _dense(equation: DifferenceEquation, last: bool = False) -> Complex | None:
     with np.errstate(all="ignore"):
         step, doubt = _newton(equation, start)
         # What d samples of decay bring below rounding, rounding may have made.
-        told = (np.abs(step) <= FURTHEST) & (doubt <= 1e-3)
-        noise = ~told & (np.abs(start) ** longest < 1e-6)
+        certain = (np.abs(step) <= FURTHEST) & (doubt <= 1e-3)
+        noise = ~certain & (np.abs(start) ** longest < 1e-6)
         if noise.any() and (not last or longest > CANCELLED):
             return None
         for _ in range(3):

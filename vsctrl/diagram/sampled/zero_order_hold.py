@@ -57,8 +57,8 @@ def ago(theta: Fraction, period: Fraction) -> tuple[int, Fraction]:
 
     Decimals of 1/30 s and 2/30 s are not quite one and two periods; `timing` calls them so.
     """
-    full, fraction = timing.split(theta / period)
-    return (full + 1, (1 - fraction) * period) if fraction else (full, Fraction(0))
+    n, fraction = timing.split(theta / period)
+    return (n + 1, (1 - fraction) * period) if fraction else (n, Fraction(0))
 
 
 def written_out(system: DelaySystem, hold: str) -> Table:

@@ -70,7 +70,7 @@ class Parabola(Power):
     order = 2
 
 
-POWERS: tuple[Callable[[Any], Power], ...] = (Step, Ramp, Parabola)
+POWERS: tuple[Callable[[float], Power], ...] = (Step, Ramp, Parabola)  #: by their order
 
 
 @dataclass(frozen=True)

@@ -65,8 +65,8 @@ class _Drive:
 
     def __init__(self, signal: Signal) -> None:
         terms = signal.primitives
-        self.powers = [(at, p) for at, p in reversed(terms) if isinstance(p, Power)]
-        self.others = [(float(at), p) for at, p in terms if not isinstance(p, Power)]
+        self.powers = [(start, p) for start, p in reversed(terms) if isinstance(p, Power)]
+        self.others = [(float(start), p) for start, p in terms if not isinstance(p, Power)]
         self.derivatives: list[Fraction] = []  # of the polynomial, at t = 0
 
     def __call__(self, a: float, t: Array) -> Array:
@@ -79,9 +79,9 @@ class _Drive:
             self.derivatives = [a + b for a, b in both]
         for j, derivative in enumerate(_carried(self.derivatives, Fraction(a))):
             u += float(derivative) / math.factorial(j) * t**j
-        for at, primitive in self.others:
-            if at < middle:
-                u += primitive.formula((a - at) + t, *primitive.values)
+        for begin, primitive in self.others:
+            if begin < middle:
+                u += primitive.formula((a - begin) + t, *primitive.values)
         return u
 
 

@@ -13,6 +13,12 @@ num = b its ξ is φ/b; the slopes φ′(0), φ″(0), … that a value kept lea
 
     L⁻¹{ Σ_k d_k Σ_{1≤j<k} s^{k−1−j} φ⁽ʲ⁾(0) / den(s) },    den = Σ_k d_k s^k.
 
+The stepper of `collocation` is not begun with x(0) and z(t < 0) instead: its states are not the ξ
+of the blocks. `descriptor` eliminates those that are tied to inputs, shifts others by derivatives
+of u and w and adds channels of derivatives; the rest is pruned and rescaled. All of that would have
+to map initial data too. The stepper also has one input, and breaking points that begin with it, not
+at each kink of a past, nor at 0 in every channel, where past and solution need not join.
+
 Bellman and Cooke, Differential-Difference Equations, Academic Press 1963, ch. 3 and 6.
 """
 
@@ -79,12 +85,12 @@ def _pushes(past: InitialData, dynamic: DynamicBlock) -> Iterator[tuple[Signal, 
     if missing.terms:
         fed = Sum(f"{y}__fed = {block.input} + {y}__push")
         yield missing, f"{y}__push", [*rewired(f"{y}__fed -> {y}"), fed]
-    if callable(dynamic.past) and dynamic.order > 1:
-        slopes = past.functions[y].derivatives(Fraction(0), "left", dynamic.order)
+    if callable(dynamic.past) and dynamic.numbers.order > 1:
+        slopes = past.functions[y].derivatives(Fraction(0), "left", dynamic.numbers.order)
         d = dynamic.den
         numerator = sum(
             float(d[k] * slopes[j]) * s ** (k - j)
-            for k in range(2, dynamic.order + 1)
+            for k in range(2, dynamic.numbers.order + 1)
             for j in range(1, k)
         )
         if numerator:

@@ -46,12 +46,9 @@ class DynamicBlock:
     @property
     def den(self) -> Array:
         """d₀ … d_n of a denominator without delays."""
-        return np.array([self.numbers.den.get((k, HERE[1]), 0.0) for k in range(self.order + 1)])
-
-    @property
-    def order(self) -> int:
-        """The highest power of s in its denominator."""
-        return self.numbers.order
+        return np.array(
+            [self.numbers.den.get((k, HERE[1]), 0.0) for k in range(self.numbers.order + 1)]
+        )
 
     @property
     def time_constant(self) -> Fraction:
@@ -183,7 +180,7 @@ class InitialData:
             order = max([k for leaf, k, _ in asked if leaf == name], default=0)
             if order and not back:
                 back = GLIMPSE
-            if name in self.dynamic_blocks and self.dynamic_blocks[name].order > 1:
+            if name in self.dynamic_blocks and self.dynamic_blocks[name].numbers.order > 1:
                 back = max(back, self.dynamic_blocks[name].time_constant)
             sample = partial(_sampled, name, past)
             value = float(sample(np.zeros(1))[0])

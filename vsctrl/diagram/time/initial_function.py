@@ -99,12 +99,11 @@ class InitialFunction:
     @cached_property
     def kinks(self) -> list[Fraction]:
         """The ends between two pieces at which it truly bends or jumps."""
+        widths = [float(b - a) for a, b in pairwise(self.ends)]
         return [
             end
-            for end, widths in zip(
-                self.ends[1:-1], pairwise(np.diff(np.array(self.ends, object))), strict=True
-            )
-            if (np.abs(self.jumps(end, 5)) > self._rounding(float(min(widths)), 5)).any()
+            for end, beside in zip(self.ends[1:-1], pairwise(widths), strict=True)
+            if (np.abs(self.jumps(end, 5)) > self._rounding(min(beside), 5)).any()
         ]
 
     def _rounding(self, width: float, orders: int) -> Array:

@@ -1,7 +1,7 @@
 """The response to any signal, long trains of samples by superposition.
 
 What a thousand samples set ringing is the same response a thousand times, shifted: it is computed
-once and convolved. Everything else goes to the stepper of `response` as it is.
+once and convolved. Everything else is left to `collocation` as it is.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def respond(system: DelaySystem, signal: Signal, t: Array, side: str = "right") 
     for start, part in signal.terms:
         if isinstance(part, Samples) and len(part.values) > MANY_SAMPLES:
             unit, weights, rest = part.train
-            short += [(start + at, primitive) for at, primitive in rest.terms]
+            short += [(start + offset, primitive) for offset, primitive in rest.terms]
             trains.append((start, _Train(unit, weights, part.period)))
         else:
             short.append((start, part))

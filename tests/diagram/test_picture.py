@@ -349,7 +349,7 @@ def test_names_are_escaped():
 
 def test_the_same_diagram_gives_the_same_bytes_in_every_process():
     code = (
-        "import hashlib, test_draw as t;"
+        "import hashlib, test_picture as t;"
         "print(hashlib.sha256(''.join(map(t.svg, t.GALLERY.values())).encode()).hexdigest())"
     )
     seen = {
