@@ -116,7 +116,7 @@ class Schedule:
     def of(
         cls, errors: MeasurementErrors, t: Array, period: float, points: int, age: float
     ) -> "Schedule":
-        """The schedule of the frames t (n,) in s, of images that are ``age`` periods (s) old."""
+        """The schedule of the frames t (n,) and a period in s, of images ``age`` periods old."""
         n = len(t)
         k = np.arange(n)
         exposed = delayed(t, period, age)

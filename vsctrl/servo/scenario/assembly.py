@@ -5,7 +5,7 @@ Each function makes one part; ``simulate`` puts them together, ``checks`` tries 
 
 import numpy as np
 
-from vsctrl import timing
+from vsctrl.servo import timing
 from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.camera.sensor import CameraSensor, MeasurementErrors, Schedule
@@ -24,14 +24,15 @@ from vsctrl.servo.robot.capability import Capability
 from vsctrl.servo.robot.carrier import Carrier
 from vsctrl.servo.robot.gantry import Gantry
 from vsctrl.servo.scenario.description import Description
-from vsctrl.servo.timing import Delays, delayed
-from vsctrl.servo.timing import delays as ages
+from vsctrl.servo.timing import Delays
+from vsctrl.timing import in_periods
 
 
 def delays(description: Description) -> Delays:
     """Ages of image, reference and command at a frame, in video periods."""
     vision = description.vision
-    return ages(description.law.placement, timing.in_periods(vision.latency, vision.period))
+    periods = in_periods(vision.latency, vision.period)
+    return timing.delays(description.law.placement, periods)
 
 
 def target(description: Description) -> Target:
@@ -70,7 +71,7 @@ def plan(description: Description, true: CameraSensor, t: Array, ages: Delays) -
         k1=table.reference_k1,
         hand_eye=table.reference_hand_eye,
     )
-    at_error = delayed(t, description.vision.period, ages.reference) + law.preview
+    at_error = timing.delayed(t, description.vision.period, ages.reference) + law.preview
     return planner.plan(t, at_error, t + (law.preview + law.preview_ff), law.features)
 
 
