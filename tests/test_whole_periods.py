@@ -18,7 +18,6 @@ from vsctrl import timing
 from vsctrl.servo import Scenario
 from vsctrl.servo.motion.linked import Linked
 from vsctrl.servo.motion.trajectory import ConstantScrew, Oscillation
-from vsctrl.servo.scenario.checks import count_frames
 from vsctrl.study.compensation import sampled_limits
 from vsctrl.study.tracking.cases import Case
 from vsctrl.study.tracking.lag_history import history
@@ -98,7 +97,7 @@ def test_sums_and_multiples_of_whole_delays_are_whole():
 @pytest.mark.parametrize(("rate", "seconds"), [(30, 100), (60, 100), (90, 30.5), (60, 8), (30, 8)])
 def test_the_end_of_a_run_is_a_frame_with_seven_digits_as_with_sixteen(rate, seconds):
     for digits in (7, 8, 16):
-        assert count_frames(seconds, typed(1 / rate, digits)) == rate * seconds
+        assert timing.last_frame(seconds, typed(1 / rate, digits)) == rate * seconds
 
 
 def test_frames_around_an_instant():

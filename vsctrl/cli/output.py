@@ -17,6 +17,7 @@ class Commands(click.Group):
     """Turns the errors that are meant for people into sentences and exit codes."""
 
     def invoke(self, ctx: click.Context) -> Any:
+        """Run the command; exit code 2 for bad input, 1 for a limit or an output that fails."""
         try:
             return super().invoke(ctx)
         except InputError as error:

@@ -57,7 +57,7 @@ def simulate(
         _animate(run, animate)
     summary = outcome(run)
     if as_json:
-        echo_json(summary.data() | {"files": {name[2:]: str(path) for name, path in files.items()}})
+        echo_json(run.data() | {"files": {name[2:]: str(path) for name, path in files.items()}})
     else:
         click.echo("\n".join([str(summary), *([""] if files else []), *map(str, files.values())]))
     if not run.status.ok:

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from vsctrl.servo import Run, Scenario
-from vsctrl.study import Comparison, History, LoopReport, SteadyLag, Wave
+from vsctrl.study import Comparison, LoopReport, SteadyLag, Wave
 
 Case = TypeVar("Case", SteadyLag, Wave)
 
@@ -169,7 +169,11 @@ def _swing(wave: Wave) -> str:
 # Any motion ------------------------------------------------------------------------------------
 def _at_every_frame(result: LoopReport) -> list[str]:
     own = result.comparison.own_histories
-    sizes = [_largest(history) for history in own if not history.note]
+    sizes = [
+        f"{_size(history.largest)} ({_size(history.root_mean_square)} root mean square)"
+        for history in own
+        if not history.note
+    ]
     if len(sizes) < 2:
         return []
     subject = f"{_late(result.scenario)} the" if result.scenario.vision.latency else "The"
@@ -177,10 +181,6 @@ def _at_every_frame(result: LoopReport) -> list[str]:
         f"The lag changes along this motion. {subject} largest is {sizes[0]} without the "
         f"derivative term, {sizes[1]} with it."
     ]
-
-
-def _largest(history: History) -> str:
-    return f"{_size(history.largest)} ({_size(history.root_mean_square)} root mean square)"
 
 
 # Agreement -------------------------------------------------------------------------------------

@@ -35,12 +35,12 @@ class LoopReport:
 
     def data(self) -> dict[str, Any]:
         """All of its numbers as JSON takes them."""
-        scenario, own = self.scenario, self.outcome
+        scenario, run = self.scenario, self.as_configured
         return {
             "scenario": {"digest": scenario.digest, **scenario.model_dump(mode="json")},
             **self.stability.data(),
             **self.comparison.data(),
-            "as_configured": None if own is None else own.data(),
+            "as_configured": None if run is None else run.data(),
             "beyond_theory": scenario.beyond_theory,
         }
 

@@ -8,7 +8,7 @@ order derivatives (SIGGRAPH 1995), written here for SE(3).
 """
 
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple, Self
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,14 +23,6 @@ Ends = Literal["rest", "free"]
 
 # Between poses that turn by more than this (rad) the way round is a guess.
 MOST_TURN = 2.0
-
-
-class _Piece(NamedTuple):
-    """Where times fall: number of the piece, its length (s) and share u in [0, 1] of it."""
-
-    i: NDArray[np.intp]
-    h: Array
-    u: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,10 +115,11 @@ class Path(Trajectory):
             X = rate + carried
         return X, dX
 
-    def _piece(self, t: Array) -> _Piece:
+    def _piece(self, t: Array) -> tuple[NDArray[np.intp], Array, Array]:
+        """Number of the piece that times fall in, its length (s) and the fraction u of it."""
         i = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 2)
         h = self.t[i + 1] - self.t[i]
-        return _Piece(i, h, (t - self.t[i]) / h)
+        return i, h, (t - self.t[i]) / h
 
 
 def _basis(u: Array) -> tuple[Array, Array, Array]:

@@ -9,13 +9,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vsctrl import timing
 from vsctrl.errors import InputError
 from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import NEAREST, Camera
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.pose import exp
 from vsctrl.servo.scenario import assembly
-from vsctrl.servo.scenario.description import Description, count_frames
+from vsctrl.servo.scenario.description import Description
 from vsctrl.servo.scenario.tables import Problem
 
 FEWEST_POINTS = 3
@@ -28,7 +29,7 @@ def frame_problems(
 ) -> Iterator[Problem]:
     """Sentences about a number of frames that is zero or absurd (s, s, count; the key to blame)."""
     word = field.rpartition(".")[2]
-    frames = count_frames(duration, period)
+    frames = timing.last_frame(duration, period)
     if frames < 1:
         yield (
             field,

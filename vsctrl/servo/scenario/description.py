@@ -72,7 +72,7 @@ class Description(Table):
     @property
     def frames(self) -> int:
         """Number N of the last frame: the run has the frames 0..N at ``t_k = k period``."""
-        return count_frames(self.motion.duration, self.vision.period)
+        return timing.last_frame(self.motion.duration, self.vision.period)
 
     @property
     def t(self) -> Array:
@@ -86,30 +86,24 @@ class Description(Table):
         d = timing.whole_periods(latency, period)
         if d is None:
             below = timing.last_frame(latency, period)
-            raise fields.FieldsError(
-                [
-                    (
-                        "vision.latency",
-                        f"{latency:g} s is {timing.shown(latency / period)} video periods of "
-                        f"{period:g} s; the sampled loop is solved here for whole frames "
-                        "(simulate takes any), so choose "
-                        f"{below * period:.9g} or {(below + 1) * period:.9g}",
-                    )
-                ]
+            sentence = (
+                f"{latency:g} s is {timing.shown(latency / period)} video periods of "
+                f"{period:g} s; the sampled loop is solved here for whole frames "
+                "(simulate takes any), so choose "
+                f"{below * period:.9g} or {(below + 1) * period:.9g}"
             )
+            raise fields.FieldsError([("vision.latency", sentence)])
         return d
-
-
-def count_frames(duration: float, period: float) -> int:
-    """Number N of the last frame at or before the end, ``⌊duration/period⌋`` by `timing.whole`."""
-    return timing.last_frame(duration, period)
 
 
 def meanings(path: str, model: type[Table]) -> dict[str, str]:
     """Descriptions of a table's keys by dotted name."""
     dot = f"{path}." if path else ""
-    meanings = {name: field.description for name, field in model.model_fields.items()}
-    return {f"{dot}{name}": text for name, text in meanings.items() if text}
+    return {
+        f"{dot}{name}": field.description
+        for name, field in model.model_fields.items()
+        if field.description
+    }
 
 
 # The tables by name; those of [motion] by kind are in ``links``.

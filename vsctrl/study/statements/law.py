@@ -94,7 +94,6 @@ def _one_over(bench: Bench, slide: Scenario) -> Statement:
         where="§2, figure 1",
         says="without the derivative term the tracking error is “proportional to 1/λ”",
         claim="exponent of λ = −1",
-        unit="",
         cases=cases,
         sentence="With the late image the lag is v (τ − 1/λ): no power of λ, nothing at "
         f"λ = 1/τ = {1 / tau:.4g} s⁻¹, and beyond it a lead. Whoever turns the gain up until the "

@@ -6,9 +6,11 @@ import numpy as np
 
 from vsctrl import paper
 from vsctrl.servo import Run
+from vsctrl.servo.motion.trajectory import Waveform
 from vsctrl.study.statements.runs import Array, Bench, last_outside, random_start, size
 from vsctrl.study.statements.statement import Statement, Trial, shown
 
+WAVEFORMS: tuple[Waveform, ...] = ("triangle", "sine")
 STARTS = 10  #: random starts that are tried
 REACHED = 1.0  #: px: how near in the image to the undisturbed run counts as there
 SETTLED = 1.5  #: s after a turning point, by which nothing of the transient is left to see
@@ -62,7 +64,6 @@ def _tracking(bench: Bench) -> Statement:
         where="§4.1, figure 7",
         says="the tracking of the oscillation is “well performed with the new control law”",
         claim="E with the term / E without < 1/2",
-        unit="",
         cases=(
             Trial("E as measured", seen, seen < 0.5),
             Trial("true E", true, true < 0.5),
@@ -76,12 +77,12 @@ def _tracking(bench: Bench) -> Statement:
 
 
 def _static(bench: Bench) -> Statement:
-    def spread(waveform: str) -> float:
-        run = bench.pair(paper.oscillation("sine" if waveform == "sine" else "triangle")).off
+    def spread(waveform: Waveform) -> float:
+        run = bench.pair(paper.oscillation(waveform)).off
         E = size(run.error)[straight(run)]
         return 100 * float((E.max() - E.min()) / E.max())
 
-    values = {waveform: spread(waveform) for waveform in ("triangle", "sine")}
+    values = {waveform: spread(waveform) for waveform in WAVEFORMS}
     return Statement(
         where="§4.1, figures 7 and 8",
         says="without the derivative term “we have a static error”",

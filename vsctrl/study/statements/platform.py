@@ -9,6 +9,7 @@ import numpy as np
 from vsctrl import loop, paper
 from vsctrl.servo import Scenario
 from vsctrl.study.statements.law import NOTHING
+from vsctrl.study.statements.oscillation import WAVEFORMS
 from vsctrl.study.statements.runs import Bench, size
 from vsctrl.study.statements.statement import Statement, Trial, shown
 
@@ -98,8 +99,9 @@ def _gain(bench: Bench) -> Statement:
 def _dynamics(bench: Bench) -> Statement:
     """Jumps of the command after the start, as accelerations over one video period."""
     jumps = {}
-    for waveform in ("triangle", "sine"):
-        for name, run in zip(("with", "without"), bench.pair(_oscillation(waveform)), strict=True):
+    for waveform in WAVEFORMS:
+        pair = bench.pair(paper.oscillation(waveform))
+        for name, run in zip(("with", "without"), pair, strict=True):
             V, half = run.command[:, 0], run.scenario.motion.duration / 2
             jump = np.abs(np.diff(V))[run.t[1:] > half].max()
             jumps[waveform, name] = float(jump / run.scenario.vision.period)
@@ -124,10 +126,6 @@ def _dynamics(bench: Bench) -> Statement:
 def _more(value: float, gentle: float, waveform: str, name: str) -> bool | None:
     """Whether the term asks for more; the smooth reference shows when it need not."""
     return value > gentle if (waveform, name) == ("triangle", "with") else None
-
-
-def _oscillation(waveform: str) -> Scenario:
-    return paper.oscillation("sine" if waveform == "sine" else "triangle")
 
 
 def _validated(bench: Bench) -> Statement:

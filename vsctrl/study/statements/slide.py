@@ -100,7 +100,6 @@ def _amplitude(bench: Bench) -> Statement:
         where="§4.1, figure 5",
         says="“the amplitude of the error with derivative term is lower”",
         claim="E with the term / E without < 1",
-        unit="",
         cases=tuple(Trial(name, value, value < 1) for name, value in values),
         sentence="True at the paper's gain, though less than a measured E makes believe, which is "
         f"that of an old image against a new reference. Above {harmful:.2f} s⁻¹ it is false, and "
@@ -134,7 +133,6 @@ def _convergence(bench: Bench) -> Statement:
         where="§4.1, figure 5",
         says="with the derivative term the convergence “is faster”",
         claim="speed-up by the term > 1",
-        unit="",
         cases=tuple(Trial(name, value, value > 1 + 1e-6) for name, value in pairs),
         sentence="Feed-forward does not move the poles: the transient decays at the same "
         f"{rates[0]:.2f} s⁻¹ with and without. What changes is where it ends, so that a threshold "

@@ -46,7 +46,7 @@ class Statement:
     where: str
     says: str
     claim: str
-    unit: str
+    unit: str = ""
     cases: tuple[Trial, ...]
     sentence: str
     how: str
@@ -81,7 +81,8 @@ class Statement:
 
     def data(self) -> dict[str, Any]:
         """The statement as JSON takes it."""
-        return {**asdict(self), "verdict": self.verdict}
+        cases = [asdict(case) for case in self.cases]
+        return {**vars(self), "cases": cases, "verdict": self.verdict}
 
     def __str__(self) -> str:
         lines = [f"{self.where}: {self.says} [{self.claim}] {self.verdict.upper()}"]

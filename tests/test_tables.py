@@ -1,0 +1,89 @@
+"""Tables as text and HTML, and values as JSON takes them, against what is typed here."""
+
+import math
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from vsctrl.tables import Printed, Tables, finite, fitting, html, paragraphs, plain, text
+
+
+class Reader(HTMLParser):
+    """The tags of a text in order, and the text of each cell."""
+
+    def __init__(self, source):
+        super().__init__()
+        self.tags, self.cells = [], []
+        self.feed(source)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs).get("style", "")))
+        if tag in ("td", "th", "caption", "p"):
+            self.cells.append("")
+
+    def handle_data(self, data):
+        self.cells[-1] += data
+
+
+def test_the_form_places_cells_and_no_line_ends_in_blanks():
+    rows = [("name", "1.5", "agree"), ("longer name", "−20", ""), ("name", "3")]
+    assert text(rows, "{:8}{:>6}  {}").splitlines() == [
+        "name       1.5  agree",
+        "longer name   −20",
+        "name         3",
+    ]
+
+
+def test_fitting_columns_are_as_wide_as_their_widest_cell():
+    rows = [("a", "value"), ("bbb", "1")]
+    assert text(rows, fitting(rows, "<>")).splitlines() == ["a    value", "bbb      1"]
+
+
+def test_whatever_a_cell_holds_is_shown_as_text():
+    hostile = "<b>\"x\" & 'y'</b>"
+    read = Reader(html([(hostile, "1")], heads=(hostile, ""), caption=hostile, remarks=[hostile]))
+    assert read.cells == [hostile, hostile, "", hostile, "1", hostile]
+    assert "b" not in [tag for tag, _ in read.tags]
+    assert Reader(paragraphs([hostile])).cells == [hostile]
+
+
+def test_heads_labels_and_sides_of_a_table():
+    left = "text-align:left"
+    read = Reader(html([("a", "1", "x\ny")], heads=("n", "v", ""), labels=True, left=1, top=True))
+    assert read.tags == [
+        ("table", ""), ("tr", ""), ("th", ""), ("th", ""), ("th", ""),
+        ("tr", "vertical-align:top"), ("th", left), ("td", ""), ("td", ""), ("br", ""),
+    ]  # fmt: skip
+    assert [tag for tag, _ in Reader(html([("a",)])).tags] == ["table", "tr", "td"]
+
+
+def test_a_result_of_several_tables_shows_them_and_its_words():
+    class Part(Printed):
+        def __str__(self):
+            return "a table"
+
+        def _repr_html_(self):
+            return "<table></table>"
+
+    class Both(Tables):
+        def _tables(self):
+            return [Part(), Part()]
+
+        def _words(self):
+            return ["1 < 2"]
+
+    assert repr(Part()) == "a table"
+    assert repr(Both()) == str(Both()) == "a table\n\na table\n\n1 < 2"
+    assert Both()._repr_html_() == "<table></table><table></table><p>1 &lt; 2</p>"
+
+
+@pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan, None, np.inf])
+def test_what_is_no_finite_number_is_null(value):
+    assert finite(value) is None and plain(value) is None
+
+
+def test_values_as_json_takes_them():
+    found = plain(("a", True, 2, np.float64(0.5), 1 - 2j, complex(0, math.inf), (1.5, None)))
+    assert found == ["a", True, 2.0, 0.5, [1.0, -2.0], [0.0, None], [1.5, None]]
+    assert type(found[3]) is float
