@@ -23,10 +23,10 @@ from vsctrl.diagram.signals.signal import Signal
 from vsctrl.diagram.time import from_history
 from vsctrl.diagram.time.response import check_signal, checked_times, from_rest
 from vsctrl.errors import InputError, nearest
+from vsctrl.symbols import Expr
 
 if TYPE_CHECKING:
     import control
-    import sympy as sp
 
     from vsctrl.diagram.pade.model import PadeModel
 
@@ -38,7 +38,7 @@ class Channel(NumericChannel):
     """A transfer function between two signals of a `System`, `sign` included."""
 
     @property
-    def expr(self) -> sp.Expr:
+    def expr(self) -> Expr:
         """The exact transfer function in s, numbers put in."""
         return self.sign * self.system.transfer(self.source, self.target)
 

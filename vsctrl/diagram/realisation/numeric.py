@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 from vsctrl.checks import decimal
 from vsctrl.diagram.realisation import assembly, delay_system
 from vsctrl.diagram.symbolic import coefficients
 from vsctrl.diagram.symbolic.model import Model
+from vsctrl.symbols import Expr
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class Numeric:
         """The diagram's delay system with no inputs and no outputs, whose roots are its poles."""
         return assembly.realise(self.diagram, self.blocks, (), ())
 
-    def transfer(self, source: str, target: str) -> Any:
-        """The exact transfer function in s from an input to a signal, numbers put in (SymPy)."""
+    def transfer(self, source: str, target: str) -> Expr:
+        """The exact transfer function in s from an input to a signal, numbers put in."""
         symbols = self.diagram.parameters
         numbers = {symbols[name]: decimal(f"at: {name}", x) for name, x in self.values.items()}
         return self.diagram.transfer(source, target).subs(numbers)
