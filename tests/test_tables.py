@@ -1,11 +1,13 @@
 """Tables as text and HTML, and values as JSON takes them, against what is typed here."""
 
+import json
 import math
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
+import vsctrl as vs
 from vsctrl.tables import Printed, Tables, finite, fitting, html, paragraphs, plain, text
 
 
@@ -87,3 +89,40 @@ def test_values_as_json_takes_them():
     found = plain(("a", True, 2, np.float64(0.5), 1 - 2j, complex(0, math.inf), (1.5, None)))
     assert found == ["a", True, 2.0, 0.5, [1.0, -2.0], [0.0, None], [1.5, None]]
     assert type(found[3]) is float
+
+
+# Numbers ---------------------------------------------------------------------------------------
+def test_the_results_of_a_loop_give_their_numbers_as_json_takes_them():
+    loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    opened = loop.open("S_meas")
+    data = strict(opened.margins().data())
+    assert data["gain"] == opened.margins().gain and data["stable"] is True
+    assert data["gain_crossings"] == [list(pair) for pair in opened.margins().gain_crossings]
+    roots = loop.with_(lam=30).roots_right_of(0)
+    assert strict(roots.data())["roots"] == [[root.real, root.imag] for root in roots.roots]
+    assert strict(roots.data())["chain"] is None, "an infinite number is null"
+    chart = loop.stability_chart(lam=(1, 30), tau=(0.02, 0.2), grid=(4, 3))
+    assert strict(chart.data())["unstable"] == chart.unstable.tolist()
+    assert len(strict(chart.data())["boundaries"]) == len(chart.boundaries)
+    checked = vs.loop.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=0).check()
+    assert [line["faces"] for line in strict(checked.data())["lines"]] == [
+        line.faces for line in checked.lines
+    ]
+    model = opened.pade(3)
+    assert strict(model.data())["delays"] == [0.08]
+    assert strict(model.data())["worst_error"] == model.worst()[1]
+
+
+def test_formulas_and_limits_of_a_motion_give_theirs():
+    constants = vs.loop.error_constants(vs.figure1, "S_meas", kappa=1)
+    assert strict(constants.data()) == {
+        "type": 1, "position": "oo", "velocity": "lambda", "acceleration": "0",
+    }  # fmt: skip
+    found = vs.servo.feasibility(vs.paper.sliding().reference, robot=vs.servo.Gantry())
+    assert strict(found.data())["binding"] == found.binding.name
+    assert len(strict(found.data())["readings"]) == len(found.readings)
+
+
+def strict(data):
+    """What a reader of the JSON gets, in which neither infinity nor NaN can stand."""
+    return json.loads(json.dumps(data, allow_nan=False))

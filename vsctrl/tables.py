@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import fields, is_dataclass
 from html import escape
 from typing import Any, Protocol
 
@@ -22,6 +23,16 @@ class Printed:
 
     def __repr__(self) -> str:
         return str(self)
+
+
+class Numbers:
+    """A result whose fields are its numbers."""
+
+    __slots__ = ()
+
+    def data(self) -> dict[str, Any]:
+        """Its fields as JSON takes them, null for infinity; the units are those of the fields."""
+        return {each.name: plain(getattr(self, each.name)) for each in fields(self)}  # type: ignore[arg-type]
 
 
 class Shown(Protocol):
@@ -104,10 +115,17 @@ def finite(value: float | None) -> float | None:
 def plain(value: Any) -> Any:
     """A value as JSON takes it: text and truth as they are, tuples as lists, numbers as `finite`.
 
-    A complex number is its real and imaginary part.
+    A complex number is its real and imaginary part, an array a list, a result the numbers of its
+    fields, a formula its text.
     """
-    if isinstance(value, tuple):
+    if is_dataclass(value):
+        return {each.name: plain(getattr(value, each.name)) for each in fields(value)}
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, tuple | list):
         return [plain(entry) for entry in value]
+    if hasattr(value, "free_symbols"):
+        return str(value)
     if isinstance(value, complex):
         return [finite(value.real), finite(value.imag)]
     return value if value is None or isinstance(value, str | bool) else finite(value)

@@ -14,12 +14,13 @@ from vsctrl.errors import InputError
 from vsctrl.loop import laurent
 from vsctrl.loop.parameters import calibrated, known, parameters
 from vsctrl.loop.steady import error_transfer, steady_error
+from vsctrl.tables import Numbers
 
 _WHERE = ("output", "reference", "source")
 
 
 @dataclass(frozen=True)
-class ErrorConstants:
+class ErrorConstants(Numbers):
     """K_p = lim L(s), K_v = lim s L(s) and K_a = lim s² L(s) as s → 0 of a loop of a given type.
 
     With unit feedback a step leaves 1/(1 + K_p) of itself, a ramp 1/K_v and a parabola 1/K_a per

@@ -24,7 +24,7 @@ from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.time import collocation
 from vsctrl.errors import ImproperError, InputError, LimitError
 from vsctrl.symbols import s
-from vsctrl.tables import Printed, html, text
+from vsctrl.tables import Numbers, Printed, html, text
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -56,7 +56,7 @@ class Check:
 
 
 @dataclass(frozen=True, repr=False)
-class CrossCheck(Printed):
+class CrossCheck(Printed, Numbers):
     """All comparisons of one system; `passed` if every one of them did."""
 
     lines: tuple[Check, ...]

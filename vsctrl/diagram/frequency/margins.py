@@ -18,7 +18,7 @@ from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain, high_freq
 from vsctrl.diagram.frequency.peaks import bandwidth_of, fallen_from, highest_peak
 from vsctrl.diagram.frequency.piecewise import EDGE, Response, band_of, chebyshev_pieces, log_grid
 from vsctrl.diagram.numerics.chebyshev import squared
-from vsctrl.tables import html
+from vsctrl.tables import Numbers, html
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -27,7 +27,7 @@ MOST_TURNED = 2e4  #: rad of delay up to which the crossings of an unstable loop
 
 
 @dataclass(frozen=True)
-class Margins:
+class Margins(Numbers):
     """How far the loop of a return difference 1 + L is from instability, exactly.
 
     Frequencies in rad/s, phases in rad, delays in s; infinity where nothing limits. `gain` is the

@@ -25,6 +25,7 @@ from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.time.response import checked_times, from_rest
 from vsctrl.errors import InputError
+from vsctrl.tables import plain
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -159,6 +160,17 @@ class PadeModel(control.StateSpace):
         listed = ", ".join(f"{tau:g}" for tau in self.delays)
         several = "delays" if len(self.delays) > 1 else "a delay of"
         return f"Padé order {self.order} for {several} {listed} s; largest error {off:.1g} {where}"
+
+    def data(self) -> dict[str, Any]:
+        """Order, delays (s), band (rad/s) and largest error as JSON takes them."""
+        frequency, error = self.worst()
+        return {
+            "order": self.order,
+            "delays": list(self.delays),
+            "band": list(self.band),
+            "worst_frequency": plain(frequency),
+            "worst_error": plain(error),
+        }
 
     def __str__(self) -> str:
         return f"{super().__str__()}\n\n{self.sentence}"

@@ -19,6 +19,7 @@ from vsctrl.diagram.realisation.reduction import delays_in_loops
 from vsctrl.diagram.roots.neutral import DifferenceOperator, perron
 from vsctrl.diagram.roots.rightmost import rightmost
 from vsctrl.errors import InputError, LimitError
+from vsctrl.tables import Numbers
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -28,7 +29,7 @@ MOST_LISTED = 64  #: roots that are worked out one by one
 
 
 @dataclass(frozen=True)
-class RootsRight:
+class RootsRight(Numbers):
     """The characteristic roots right of Re s = `sigma` (rad/s).
 
     `count` is that of the argument principle if `certified`, infinite for a chain of a neutral

@@ -19,6 +19,7 @@ from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.stability_chart import raster
 from vsctrl.diagram.stability_chart.d_partition import DPartition
 from vsctrl.errors import InputError, nearest
+from vsctrl.tables import Numbers
 
 Array = NDArray[np.float64]
 
@@ -46,7 +47,7 @@ class Boundary:
 
 
 @dataclass(frozen=True)
-class StabilityChart:
+class StabilityChart(Numbers):
     """The number of unstable roots over a rectangle of two parameters, and its boundaries.
 
     `unstable` (len(y), len(x)) counts roots right of the imaginary axis at the grid's corners,

@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from html import escape
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from vsctrl.servo.feasibility.limits import Limits
 from vsctrl.servo.feasibility.peaks import Peaks, above, peaks
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.robot.gantry import FreeCamera, Robot
-from vsctrl.tables import html, text
+from vsctrl.tables import html, plain, text
 
 Intervals = tuple[tuple[float, float], ...]
 
@@ -138,6 +139,16 @@ class Feasibility:
             return tuple(reading.sentence for reading in broken)
         b = self.binding
         return (f"every limit is kept; nearest, at {100 * b.share:.3g} %, is {b.sentence}",)
+
+    def data(self) -> dict[str, Any]:
+        """What is asked of each limit as JSON takes it, null for infinity; units as in readings."""
+        return {
+            "feasible": self.feasible,
+            "binding": self.binding.name,
+            "stretch": plain(self.stretch),
+            "sentences": list(self.sentences),
+            "readings": plain(self.readings),
+        }
 
     def __getitem__(self, name: str) -> Reading:
         """The reading of a limit by its name."""
