@@ -98,5 +98,5 @@ def test_a_file_is_written_whole_or_not_at_all(study, tmp_path, monkeypatch):
 
     monkeypatch.setattr(Path, "replace", full)
     with pytest.raises(OSError, match="no space"):
-        study["write"](path, b"newer")
+        study["write_all"]({path: b"newer"})
     assert path.read_bytes() == b"older" and [*tmp_path.iterdir()] == [path]

@@ -14,6 +14,7 @@ from vsctrl.errors import InputError
 from vsctrl.report import plots
 from vsctrl.servo import timing
 from vsctrl.servo.control.law import Law
+from vsctrl.servo.scenario import assembly
 from vsctrl.study.experiments import matrix_law
 
 simulator = importlib.import_module("vsctrl.servo.simulate")  # the module, not the function
@@ -58,7 +59,7 @@ TURN = {"turn about y": (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)}
 def of_the_slide():
     """A sine and the matrix law of a turn, for the scenario as the paper has it."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(study.matrix, "MOTIONS", TURN)
+        patch.setattr(matrix_law, "MOTIONS", TURN)
         slide = paper.sliding()
         return study.sine_response(slide, [2.0]).rows, study.matrix_law(slide).rows
 
@@ -213,7 +214,7 @@ def test_a_gain_one_percent_off_is_noticed_in_the_waves_and_lags(monkeypatch):
 @pytest.mark.parametrize("frames", [-1, 1])
 def test_a_delay_one_frame_off_is_noticed_in_the_waves_and_lags(monkeypatch, frames):
     def patch(m):
-        m.setattr(timing, "delays", lambda placement, d: DELAYS(placement, d + frames))
+        m.setattr(assembly, "ages", lambda placement, d: DELAYS(placement, d + frames))
 
     waves, lags = agreeing(monkeypatch, patch)
     assert not any(fine for _, fine in waves)

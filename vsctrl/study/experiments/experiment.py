@@ -72,6 +72,11 @@ class Experiment(Printed):
         """Whether every row agrees."""
         return all(row.agrees for row in self.rows)
 
+    @property
+    def worst(self) -> Measured:
+        """The row that uses most of what it is allowed, or goes farthest beyond it."""
+        return max(self.rows, key=lambda row: row.disagreement / row.allowed)
+
     def shown(self, value: Value | None) -> str:
         """A value as the table prints it, a dash where there is none."""
         return number(None if value is None else self.scale * value, self.form)
