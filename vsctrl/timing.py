@@ -23,9 +23,9 @@ from fractions import Fraction
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vsctrl.arrays import Array
+
 Time = float | Fraction
 T = TypeVar("T", float, Fraction)
 

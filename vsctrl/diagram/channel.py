@@ -10,8 +10,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Array, Complex
 from vsctrl.checks import frequencies, quoted
 from vsctrl.checks import side as side_of
 from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain
@@ -29,9 +30,6 @@ if TYPE_CHECKING:
     import control
 
     from vsctrl.diagram.pade.model import PadeModel
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 class Channel(NumericChannel):

@@ -12,8 +12,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Complex
 from vsctrl.checks import number, quoted, reals
 from vsctrl.diagram.channel import Channel, OpenLoop
 from vsctrl.diagram.consistency import crosscheck
@@ -27,7 +28,6 @@ from vsctrl.errors import InputError
 if TYPE_CHECKING:
     from vsctrl.diagram.stability_chart.chart import StabilityChart
 
-Complex = NDArray[np.complex128]
 
 #: −Re s times the delays beyond which e^{−sτ} is no float; the largest is e^709.
 FARTHEST = 700.0

@@ -13,12 +13,10 @@ Source: the modified z-transform, Jury, Theory and Application of the z-Transfor
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from vsctrl import timing
-
-Array = NDArray[np.float64]
+from vsctrl.arrays import Array
 
 # Points of the circle between which crossings are looked for, per period of delay.
 GRID = 64

@@ -14,17 +14,16 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vsctrl import checks as check
+from vsctrl.arrays import Array
 from vsctrl.diagram import Diagram, Ramp
 from vsctrl.errors import InputError, nearest
 from vsctrl.loop.limits import gain_limit
 from vsctrl.loop.parameters import exact, parameters
 from vsctrl.loop.steady import error_transfer, steady_error
 from vsctrl.symbols import F_x, F_y, ell_hat, kappa, z
-
-Array = NDArray[np.float64]
 
 SINGULAR = 1e12  #: condition number from which on a direction counts as not controlled
 _SINGULAR_M = (

@@ -9,8 +9,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Array, Mask
 from vsctrl.errors import InputError
-from vsctrl.servo.arrays import Array, Mask
 
 # How far RᵀR may be from 1: as products of many rotations leave it, and as people type it.
 RIGID = 1e-6

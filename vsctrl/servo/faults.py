@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 from vsctrl.servo.results.status import POLICY, Event, Kind, Status
 from vsctrl.servo.robot.joints import Stop
 

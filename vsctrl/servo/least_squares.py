@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from vsctrl.servo.arrays import Array, Mask
+from vsctrl.arrays import Array, Mask
 
 # The damping after the first step that is refused, the least one, and how it changes.
 _FIRST, _LEAST, _MORE, _LESS = 1e-3, 1e-5, 8.0, 0.1

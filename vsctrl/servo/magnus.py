@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 from vsctrl.servo.pose import bracket, exp
 
 # Rotation per step (rad): the error of order seven is then below rounding.

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 
 # Taylor coefficients in θ² of (θ − sin θ)/θ³ and of (2(1 − cos θ) − θ sin θ)/θ⁴. Below θ = 1 the
 # closed forms lose digits to cancellation while nine terms are exact to rounding; at θ = 1 both

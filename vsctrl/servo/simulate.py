@@ -9,8 +9,8 @@ comparisons, plots) is left to the rooms above.
 
 import numpy as np
 
+from vsctrl.arrays import Array
 from vsctrl.servo import faults
-from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import NEAREST
 from vsctrl.servo.camera.sensor import TrueImage
 from vsctrl.servo.control.controller import PoseController

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from vsctrl import timing
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 
 Placement = Literal["measurement", "aligned", "actuator"]
 

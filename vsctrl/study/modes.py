@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl import loop, timing
+from vsctrl.arrays import Array
 from vsctrl.loop import fractional_delay
 from vsctrl.loop.limits import sampled_characteristic
 from vsctrl.servo import Scenario
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.pose import inverse
 from vsctrl.symbols import T_s, d, kappa, lam, z_plane
-
-Array = NDArray[np.float64]
 
 ALIKE = 1e-9  #: relative, below which two eigenvalues or two depths are one
 

@@ -9,15 +9,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl import loop
+from vsctrl.arrays import Array, Complex
 from vsctrl.diagram import Ramp, Step
 from vsctrl.study.stability import PADE_ORDERS, Stability
 from vsctrl.study.tracking.steady_lag import PADE_ORDER, forced_response
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 SLOPE = 0.01  #: m/s, of the ramp that is shown where the reference rests
 

@@ -10,15 +10,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from vsctrl import timing
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario, simulate
 from vsctrl.study.modes import characteristic, dominant, eigenvalues, gain_limit
-
-Array = NDArray[np.float64]
 
 MOST_FRAMES = 4000  #: the longest wait for a transient to end
 ENDED = 1e-10  #: what is left of a transient that is over

@@ -12,7 +12,6 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl import loop, timing
 from vsctrl.diagram import Ramp, Step
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from vsctrl.diagram.frequency.margins import Margins
     from vsctrl.diagram.system import System
 
-Array = NDArray[np.float64]
 
 PADE_ORDERS = (1, 2, 4)  #: shown against the exact delay
 SECOND_OPINION = 8  #: Padé order of the model whose margins python-control computes

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.consistency import sampled_limit
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade import order as pade_order
@@ -25,9 +25,6 @@ from vsctrl.diagram.time import collocation
 from vsctrl.errors import ImproperError, InputError, LimitError
 from vsctrl.symbols import s
 from vsctrl.tables import Numbers, Printed, html, text
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 LATE = 0.1  #: least of a transfer function that may be left when s is doubled
 TINY = 1e-300

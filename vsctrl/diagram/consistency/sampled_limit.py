@@ -11,16 +11,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Complex
 from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.numerics.graphs import reached
 from vsctrl.diagram.realisation.delay_system import common_divisor
 from vsctrl.diagram.sampled.system import SampledSystem
 from vsctrl.errors import InputError
-
-Complex = NDArray[np.complex128]
 
 PERIODS = 100  #: in the channel's unit of time: mostly enough for an error of first order
 SHORTER = (1, 8, 64)  #: shorter periods, for a diagram with parts much faster than that unit

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.frequency.piecewise import (
     CLOSE,
     NOTHING,
@@ -16,9 +16,6 @@ from vsctrl.diagram.frequency.piecewise import (
     zero_frequencies,
 )
 from vsctrl.diagram.numerics.chebyshev import less
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 def gain_crossings_of(L: Response, ends: Array, size: Array, level: float = 1.0) -> Array:

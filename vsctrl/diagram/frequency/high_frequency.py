@@ -8,17 +8,14 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.frequency.crossings import phase_crossings
 from vsctrl.diagram.frequency.peaks import highest_peak
 from vsctrl.diagram.frequency.piecewise import DEGREE, NOTHING, chebyshev_pieces, zero_frequencies
 from vsctrl.diagram.numerics.chebyshev import slope_matrix, squared
 from vsctrl.diagram.numerics.graphs import components
 from vsctrl.diagram.realisation.delay_system import DelaySystem, common_divisor
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 MOST_TURNS = 100  #: of the longest delay, in which what passes the delays is looked at
 

@@ -11,17 +11,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.diagram.frequency import crossings
 from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain, high_frequency_tail
 from vsctrl.diagram.frequency.peaks import bandwidth_of, fallen_from, highest_peak
 from vsctrl.diagram.frequency.piecewise import EDGE, Response, band_of, chebyshev_pieces, log_grid
 from vsctrl.diagram.numerics.chebyshev import squared
 from vsctrl.tables import Numbers, html
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 MOST_TURNED = 2e4  #: rad of delay up to which the crossings of an unstable loop are followed
 

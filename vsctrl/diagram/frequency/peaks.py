@@ -6,13 +6,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.diagram.frequency.piecewise import CLOSE, DEGREE, EDGE, Response, zero_frequencies
 from vsctrl.diagram.numerics.chebyshev import slope_matrix, tables
 from vsctrl.diagram.numerics.chebyshev_zeros import zeros
-
-Array = NDArray[np.float64]
 
 
 def highest_peak(

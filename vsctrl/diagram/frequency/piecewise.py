@@ -7,14 +7,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.numerics.chebyshev import tables
 from vsctrl.diagram.numerics.chebyshev_zeros import zeros
 from vsctrl.errors import LimitError
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Response = Callable[[Any], Any]  #: L as a function of complex s, any shape
 
 DEGREE = 16

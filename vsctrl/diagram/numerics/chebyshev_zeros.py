@@ -12,9 +12,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.diagram.numerics.chebyshev import slope_matrix, tables
-
-Array = NDArray[np.float64]
 
 
 def zeros(coefficients: Array) -> tuple[NDArray[np.intp], Array]:

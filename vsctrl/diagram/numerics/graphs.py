@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-Bools = NDArray[np.bool_]
+from vsctrl.arrays import Mask
+
 Node = TypeVar("Node")
 
 
-def closure(edges: NDArray[Any]) -> Bools:
+def closure(edges: NDArray[Any]) -> Mask:
     """Whether a path of no, one or more edges leads from node i to node j, (n, n)."""
     if not len(edges):
         return np.zeros((0, 0), bool)
@@ -31,7 +32,7 @@ def components(edges: NDArray[Any]) -> NDArray[np.int32]:
     return np.asarray(connected_components(csr_array(edges != 0), connection="strong")[1])
 
 
-def on_cycles(edges: NDArray[Any]) -> Bools:
+def on_cycles(edges: NDArray[Any]) -> Mask:
     """Which nodes are reached from themselves by one edge or more, (n,)."""
     component = components(edges)
     return (np.bincount(component)[component] > 1) | (np.diag(edges) != 0)

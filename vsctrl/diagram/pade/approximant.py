@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from vsctrl.arrays import Array
 from vsctrl.diagram.realisation.delay_system import DelaySystem
-
-Array = NDArray[np.float64]
 
 
 def pade_delay(tau: float, order: int) -> tuple[Array, Array, Array, Array]:

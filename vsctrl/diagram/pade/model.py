@@ -16,8 +16,9 @@ from typing import Any
 
 import control
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Array, Complex
 from vsctrl.checks import reals, unusable
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade.band import checked_band
@@ -26,9 +27,6 @@ from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.time.response import checked_times, from_rest
 from vsctrl.errors import InputError
 from vsctrl.tables import plain
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 FLOOR = 1e-3  #: of the response around it, below which a notch is not followed
 OCTAVE = 2.0 ** np.linspace(-0.5, 0.5, 17)

@@ -5,16 +5,14 @@ from __future__ import annotations
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 
+from vsctrl.arrays import Array
 from vsctrl.diagram.description.wiring import Wiring, resolve
 from vsctrl.diagram.realisation import descriptor
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.reduction import pruned
 from vsctrl.diagram.symbolic.coefficients import BlockCoefficients
-
-Array = NDArray[np.float64]
 
 
 def realise(

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vsctrl.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -14,12 +14,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.diagram.numerics.graphs import closure
 from vsctrl.errors import ImproperError, InputError
-
-Array = NDArray[np.float64]
 
 #: Relative size below which a singular value counts as zero; entries are of order one after
 #: each row has been scaled, and n ≲ 100, so rounding stays well below it.

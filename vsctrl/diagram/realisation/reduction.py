@@ -5,12 +5,10 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.diagram.numerics.graphs import closure, on_cycles
 from vsctrl.diagram.realisation.delay_system import DelaySystem
-
-Array = NDArray[np.float64]
 
 
 def pruned(system: DelaySystem) -> DelaySystem:

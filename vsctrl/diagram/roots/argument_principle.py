@@ -12,17 +12,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.reduction import delays_in_loops
 from vsctrl.diagram.roots.neutral import DifferenceOperator, perron
 from vsctrl.diagram.roots.rightmost import rightmost
 from vsctrl.errors import InputError, LimitError
 from vsctrl.tables import Numbers
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 MOST_SAMPLES = 500_000
 MOST_LISTED = 64  #: roots that are worked out one by one

@@ -19,13 +19,10 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.numerics.graphs import on_cycles
 from vsctrl.diagram.realisation.delay_system import DelaySystem, common_divisor
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 MOST_CHANNELS = 10  #: delays that feed through in one loop: f has up to 2^m terms
 MOST_STEPS = 5_000  #: degree of f as a polynomial of e^{−sh}, h the common divisor

@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vsctrl.arrays import Complex
 from vsctrl.checks import is_whole
 from vsctrl.diagram.numerics.chebyshev import differentiation_matrix
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.reduction import delays_in_loops
 from vsctrl.errors import InputError, LimitError
 
-Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
 
 CLUSTER = 1e-5  #: relative distance below which two approximations may be one multiple root

@@ -12,8 +12,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Array, Complex
 from vsctrl.checks import frequencies, is_whole, points, quoted, reals
 from vsctrl.diagram.frequency.margins import Margins, margins
 from vsctrl.diagram.realisation.numeric import Numeric
@@ -28,9 +29,6 @@ from vsctrl.errors import InputError, LimitError
 if TYPE_CHECKING:
     import control
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
 MOST_SAMPLES = 10_000_000  #: of one response, which is worked out sample by sample
 
 
@@ -38,12 +36,17 @@ class Twin(Protocol):
     """What a channel asks of the sampled system that it is one of."""
 
     @property
-    def system(self) -> Numeric: ...
+    def system(self) -> Numeric:
+        """The continuous diagram in numbers."""
+
     @property
-    def period(self) -> float: ...
+    def period(self) -> float:
+        """The sampling period, s."""
+
     def difference_equation(
         self, targets: tuple[str, ...], source: str | None = None
-    ) -> DifferenceEquation: ...
+    ) -> DifferenceEquation:
+        """The closed loop from the inputs (or one of them) to the samples of some signals."""
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl import timing
+from vsctrl.arrays import Array
 from vsctrl.diagram.description.blocks import Block, Part
 from vsctrl.diagram.realisation import assembly
 from vsctrl.diagram.realisation.numeric import Numeric
@@ -23,7 +23,6 @@ from vsctrl.diagram.symbolic.coefficients import BlockCoefficients
 from vsctrl.diagram.symbolic.model import Model
 from vsctrl.errors import InputError
 
-Array = NDArray[np.float64]
 Side = dict[tuple[int, Fraction], float]
 Filter = dict[int, float]  #: samples ago → coefficient
 

@@ -14,7 +14,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vsctrl.arrays import Array
+
 _Rows = tuple[list[int], list[int], Array]  #: (rows, their depth, mix of them)
 
 

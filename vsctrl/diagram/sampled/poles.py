@@ -19,14 +19,12 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array, Complex
 from vsctrl.checks import is_whole
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
 from vsctrl.errors import InputError, LimitError
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Series = dict[int, tuple[float, float]]  #: power of 1/z → (coefficient, sum of what was added up)
 
 DENSE = 160  #: states up to which the dense eigenproblem is the quicker one

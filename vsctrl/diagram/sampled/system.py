@@ -15,8 +15,8 @@ from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Complex
 from vsctrl.checks import decimal, is_finite, quoted
 from vsctrl.diagram.description.blocks import Block
 from vsctrl.diagram.description.wiring import is_channel
@@ -27,8 +27,6 @@ from vsctrl.diagram.sampled.channel import SampledChannel, SampledLoop
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
 from vsctrl.diagram.sampled.poles import Poles
 from vsctrl.errors import ImproperError, InputError, nearest
-
-Complex = NDArray[np.complex128]
 
 SHORTEST = 1e-12  #: the shortest period (s), and its inverse the longest
 MOST_PERIODS = 10**8  #: of the longest delay

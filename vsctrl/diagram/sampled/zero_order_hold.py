@@ -17,15 +17,14 @@ from functools import cache
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from vsctrl import timing
+from vsctrl.arrays import Array
 from vsctrl.diagram.numerics.graphs import closure, reached
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.errors import InputError
 
-Array = NDArray[np.float64]
 Taps = dict[int, Array]  #: samples ago → matrix
 Table = dict[Fraction, Array]  #: seconds ago → matrix
 

@@ -9,13 +9,11 @@ from fractions import Fraction
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.checks import decimal, positive
 from vsctrl.diagram.signals.signal import Part, Primitive, Signal, check_number
 from vsctrl.errors import InputError
-
-Array = NDArray[np.float64]
 
 
 class Power(Primitive):

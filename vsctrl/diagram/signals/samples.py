@@ -12,14 +12,12 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.checks import decimal, positive, quoted
 from vsctrl.diagram.signals.elementary import Pulse, Ramp, Step
 from vsctrl.diagram.signals.signal import Part, Primitive, Signal, lag
 from vsctrl.errors import InputError
-
-Array = NDArray[np.float64]
 
 HOLDS = ("zero", "first")
 

@@ -17,13 +17,12 @@ from numbers import Real
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Array
 from vsctrl.checks import decimal, is_finite, is_symbolic, number, reals, unusable
 from vsctrl.checks import side as side_of
 from vsctrl.errors import InputError
-
-Array = NDArray[np.float64]
 
 
 def beside(t: Array, side: str, span: float) -> Array:

@@ -17,14 +17,11 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.description.wiring import Wiring, resolve
 from vsctrl.diagram.numerics.graphs import components
 from vsctrl.symbols import s
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 TURN = np.exp(2j * np.pi * (np.arange(64) + 0.5) / 64)
 

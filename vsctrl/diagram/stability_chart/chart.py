@@ -12,16 +12,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.checks import is_finite, is_whole
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.stability_chart import raster
 from vsctrl.diagram.stability_chart.d_partition import DPartition
 from vsctrl.errors import InputError, nearest
 from vsctrl.tables import Numbers
-
-Array = NDArray[np.float64]
 
 MOST_CORNERS = 40_000
 

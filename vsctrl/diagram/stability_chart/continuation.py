@@ -11,11 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.diagram.stability_chart.characteristic import Determinant
-
-Array = NDArray[np.float64]
 
 LONGEST = 0.012  #: longest step, of the rectangle's side
 SHORTEST = 1e-7

@@ -11,8 +11,8 @@ from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.roots import argument_principle
@@ -20,8 +20,6 @@ from vsctrl.diagram.roots.rightmost import rightmost
 from vsctrl.diagram.stability_chart.characteristic import Determinant
 from vsctrl.diagram.stability_chart.continuation import RootOnAxis, split_where, trace
 from vsctrl.errors import InputError
-
-Array = NDArray[np.float64]
 
 HALVINGS = 7  #: parts of a grid edge, as powers of 2, that are searched for crossings
 NEAR = 1e-3  #: of the rectangle's side: closer to a corner, its count may be either

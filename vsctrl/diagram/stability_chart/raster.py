@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

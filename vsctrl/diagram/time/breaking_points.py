@@ -11,12 +11,10 @@ import math
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.signals.signal import Signal
-
-Array = NDArray[np.float64]
 
 DEGREE = 20  #: of the polynomials that a kink would disturb
 NEGLIGIBLE = 1e-17  #: effect of a kink, relative to the largest jump so far, that may be dropped

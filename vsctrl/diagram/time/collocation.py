@@ -17,8 +17,8 @@ from fractions import Fraction
 from itertools import zip_longest
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.diagram.numerics.chebyshev import (
     integral_matrix,
     interpolation_matrix,
@@ -30,8 +30,6 @@ from vsctrl.diagram.signals.elementary import Power
 from vsctrl.diagram.signals.signal import Signal, beside
 from vsctrl.diagram.time.breaking_points import DEGREE, BreakingPoints
 from vsctrl.errors import InputError, LimitError
-
-Array = NDArray[np.float64]
 
 RESOLVED = 1e-14  #: size of the last coefficients of a piece, relative to the largest value so far
 STUCK = 1e-12  #: the same, of what may be taken for rounding because halving does not help

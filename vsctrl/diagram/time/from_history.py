@@ -29,8 +29,8 @@ from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.diagram.description.blocks import Block, Part, Sum
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.signals.elementary import Step
@@ -39,8 +39,6 @@ from vsctrl.diagram.time.initial_data import DynamicBlock, InitialData, at_zero,
 from vsctrl.diagram.time.response import from_rest
 from vsctrl.errors import ImproperError, InputError
 from vsctrl.symbols import s
-
-Array = NDArray[np.float64]
 
 
 def respond(

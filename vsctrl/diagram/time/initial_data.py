@@ -14,8 +14,8 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.checks import is_finite
 from vsctrl.diagram.description.blocks import Block
 from vsctrl.diagram.description.wiring import Wiring, resolve
@@ -27,7 +27,6 @@ from vsctrl.diagram.time import initial_function
 from vsctrl.diagram.time.initial_function import DelayedInitialFunction, InitialFunction
 from vsctrl.errors import InputError, nearest
 
-Array = NDArray[np.float64]
 Past = float | Callable[[Array], Any]  #: a constant, or a function of times t ≤ 0 (s)
 DelayedTerms = dict[tuple[str, int, Fraction], float]  #: (leaf, derivative, delay) → factor
 

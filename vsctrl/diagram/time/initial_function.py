@@ -18,13 +18,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.diagram.numerics.chebyshev import inner_tables, slope
 from vsctrl.diagram.signals.signal import Part, Primitive
 from vsctrl.errors import InputError
 
-Array = NDArray[np.float64]
 Cell = tuple[Fraction, Fraction]
 
 DEGREE = 20

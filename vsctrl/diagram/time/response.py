@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Array
 from vsctrl.checks import quoted, reals
 from vsctrl.diagram.description.blocks import Block
 from vsctrl.diagram.realisation import assembly, delay_system
@@ -15,8 +15,6 @@ from vsctrl.diagram.signals.signal import Signal
 from vsctrl.diagram.time import superposition
 from vsctrl.errors import ImproperError, InputError
 from vsctrl.symbols import s as symbol_s
-
-Array = NDArray[np.float64]
 
 
 def from_rest(

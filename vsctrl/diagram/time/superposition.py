@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.signals.samples import Samples
 from vsctrl.diagram.signals.signal import Combination, Signal
 from vsctrl.diagram.time.collocation import Trajectory, solve
-
-Array = NDArray[np.float64]
 
 MANY_SAMPLES = 100  #: from there on samples are superposed instead of solved one by one
 

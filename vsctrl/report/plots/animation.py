@@ -26,9 +26,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from vsctrl import files
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
 from vsctrl.report.plots.run import image_plane
-from vsctrl.report.plots.style import EXACT, GREY, INK, STYLE, WITH, Array
+from vsctrl.report.plots.style import EXACT, GREY, INK, STYLE, WITH
 from vsctrl.servo import Run
 
 #: Most pictures of an animation, and the least and greatest time that it plays, s.

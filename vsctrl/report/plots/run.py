@@ -13,8 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
-from vsctrl.report.plots.style import EXACT, INK, STYLE, WITH, WITHOUT, Array, drawing, label
+from vsctrl.report.plots.style import EXACT, INK, STYLE, WITH, WITHOUT, drawing, label
 from vsctrl.servo import Run
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.outcome import distance, notice, outcome, side

@@ -16,9 +16,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vsctrl.arrays import Array
 
 INK = "#010203"
 EXACT = "#2f6fb7"

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
-from vsctrl.servo.arrays import Array
 from vsctrl.servo.generated.kernels import point_interaction, point_projection
 
 # A point nearer than this to the camera's plane (m) counts as not in front of it: the image of a

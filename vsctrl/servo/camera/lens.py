@@ -7,7 +7,7 @@ model of Brown. Source: Brown, Close-range camera calibration, Photogrammetric E
 
 import numpy as np
 
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 from vsctrl.servo.camera.camera import Camera
 
 # Of the fixed point that undoes a distortion; it gains a factor of about 3 k₁ r² each time.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl import timing
-from vsctrl.servo.arrays import Array, Mask
+from vsctrl.arrays import Array, Mask
 from vsctrl.servo.camera.camera import NEAREST, Camera
 from vsctrl.servo.camera.lens import distorted
 from vsctrl.servo.timing import delayed

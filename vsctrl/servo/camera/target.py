@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
-from vsctrl.servo.arrays import Array
 from vsctrl.servo.pose import exp
 
 

@@ -10,7 +10,7 @@ Automation Magazine 2006), section on PBVS with s = (c*tc, θu).
 
 import numpy as np
 
-from vsctrl.servo.arrays import Array, Mask
+from vsctrl.arrays import Array, Mask
 from vsctrl.servo.control.depths import Depths
 from vsctrl.servo.control.gain_schedule import GainSchedule
 from vsctrl.servo.control.law import Command, Interaction, Law

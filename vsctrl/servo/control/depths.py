@@ -7,7 +7,7 @@ estimated depths is that of the first guess.
 
 import numpy as np
 
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 from vsctrl.servo.control.measurement import Measurement
 from vsctrl.servo.control.nominal_camera import NominalCamera
 from vsctrl.servo.estimation.depth_observer import DepthObserver

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 
 
 def adaptive(lam: float, lam_zero: float, slope: float, size: float) -> float:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from vsctrl.servo.arrays import Array, Mask
+from vsctrl.arrays import Array, Mask
 
 
 class Measurement(NamedTuple):

@@ -5,7 +5,7 @@ These errors enter L̂ only. What s*(t) was computed with is a matter of ``refer
 
 from dataclasses import dataclass
 
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.features.feature_sets import Measures
 

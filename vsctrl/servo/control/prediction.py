@@ -8,7 +8,7 @@ which the law takes away: ``T = −λ L̂⁺ (ŝ − s*) + L̂⁺ (k_ff ds*/dt �
 import numpy as np
 
 from vsctrl import timing
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 from vsctrl.servo.control.measurement import Measurement
 from vsctrl.servo.estimation.image_filter import Estimate, ImageFilter
 

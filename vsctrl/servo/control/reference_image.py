@@ -11,8 +11,8 @@ from typing import Self
 
 import numpy as np
 
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
-from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import NEAREST, Camera, View
 from vsctrl.servo.camera.lens import distorted, distorted_rate, undistorted
 from vsctrl.servo.camera.sensor import CameraSensor

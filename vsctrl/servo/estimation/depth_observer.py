@@ -26,9 +26,9 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vsctrl.arrays import Array, Mask
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
-from vsctrl.servo.arrays import Array, Mask
 
 # A depth stays within this factor of the first guess of it, however bad the images are: the law
 # divides by it, and neither a point in the lens nor one on the horizon can be servoed on. One that

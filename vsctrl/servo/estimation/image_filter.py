@@ -20,9 +20,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from vsctrl import timing
+from vsctrl.arrays import Array, Mask
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
-from vsctrl.servo.arrays import Array, Mask
 
 Model = Literal["velocity", "acceleration"]
 

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Array, Mask
 from vsctrl.errors import InputError
-from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.camera.camera import NEAREST, Camera
 from vsctrl.servo.least_squares import minimise
 

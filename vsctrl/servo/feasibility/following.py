@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from vsctrl.arrays import Array
 from vsctrl.servo import checks
-from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.camera.target import Target
 from vsctrl.servo.feasibility.demands import Demands, Kind, Row

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 
 GOLDEN = (np.sqrt(5) - 1) / 2
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
-from vsctrl.servo.arrays import Array
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.robot.gantry import ALIGNED, Gantry
 

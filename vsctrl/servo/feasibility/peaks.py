@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 from vsctrl.servo.feasibility.golden_section import GOLDEN, golden_section
 
 Functions = Callable[[Array], Array]  # (n,) → (rows, n)

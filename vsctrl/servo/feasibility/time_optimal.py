@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 from vsctrl.servo.feasibility.demands import Moving
 from vsctrl.servo.feasibility.golden_section import golden_section
 

@@ -12,7 +12,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vsctrl.servo.arrays import Array, Mask
+from vsctrl.arrays import Array, Mask
 from vsctrl.servo.camera.camera import NEAREST, Camera
 
 Places = NDArray[np.int64]

@@ -18,8 +18,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Array, Mask
 from vsctrl.errors import InputError, nearest
-from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.features.feature_set import Measures, Places, Quantity, each, sides
 from vsctrl.servo.generated import kernels

@@ -14,9 +14,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
-from vsctrl.servo.arrays import Array
 from vsctrl.servo.magnus import MOST_STEPS, STEP, integrated, magnus
 from vsctrl.servo.motion.trajectory import Jump, Trajectory
 from vsctrl.servo.pose import exp, inverse

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vsctrl import timing
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
-from vsctrl.servo.arrays import Array
 from vsctrl.servo.pose import exp
 
 Waveform = Literal["sine", "triangle"]

@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl import files
+from vsctrl.arrays import Array, Mask
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
-from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.features.feature_sets import measures
 from vsctrl.servo.results.columns import COLUMNS, Column, sizes

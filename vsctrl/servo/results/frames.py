@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vsctrl.arrays import Array, Mask
 from vsctrl.errors import InputError
-from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.results.status import Event, Status
 from vsctrl.servo.scenario import Scenario
 

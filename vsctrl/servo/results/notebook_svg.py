@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vsctrl.servo.arrays import Array, Mask
+from vsctrl.arrays import Array, Mask
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.frames import Frames
 

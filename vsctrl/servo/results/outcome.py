@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
-from vsctrl.servo.arrays import Array
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.frames import Frames
 from vsctrl.servo.results.status import Event, Status

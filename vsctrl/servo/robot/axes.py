@@ -16,7 +16,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 from vsctrl.servo.magnus import MOST_STEPS, NODE, STEP, integrated, magnus_one
 from vsctrl.servo.pose import exp, exp_one
 from vsctrl.servo.robot.capability import Capability

@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass
 
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
-from vsctrl.servo.arrays import Array
 from vsctrl.servo.robot.gantry import Gantry
 
 _LIMITS = {

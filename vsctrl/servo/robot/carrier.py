@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vsctrl import timing
+from vsctrl.arrays import Array, Mask
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
-from vsctrl.servo.arrays import Array, Mask
 from vsctrl.servo.pose import adjoint, exp_one
 from vsctrl.servo.robot.axes import Axes, TwistSegment, along
 from vsctrl.servo.robot.capability import Capability

@@ -18,9 +18,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
-from vsctrl.servo.arrays import Array
 from vsctrl.servo.pose import adjoint, bracket, exp, inverse
 
 # Below this |cos q5| axes 4 and 6 are one to rounding, and only their sum can be told.

@@ -22,8 +22,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
-from vsctrl.servo.arrays import Array
 from vsctrl.servo.robot.axes import TwistSegment, along
 from vsctrl.servo.robot.capability import Capability
 from vsctrl.servo.robot.gantry import Gantry

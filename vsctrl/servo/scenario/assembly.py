@@ -5,8 +5,8 @@ Each function makes one part; ``simulate`` puts them together, ``checks`` tries 
 
 import numpy as np
 
+from vsctrl.arrays import Array
 from vsctrl.servo import timing
-from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.camera.sensor import CameraSensor, MeasurementErrors, Schedule
 from vsctrl.servo.camera.target import Target

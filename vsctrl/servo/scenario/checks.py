@@ -10,8 +10,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from vsctrl import timing
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
-from vsctrl.servo.arrays import Array
 from vsctrl.servo.camera.camera import NEAREST, Camera
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.pose import exp

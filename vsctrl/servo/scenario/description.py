@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from vsctrl import timing
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 from vsctrl.servo.motion.trajectory import ConstantScrew, Trajectory
 from vsctrl.servo.pose import from_euler_xyz
 from vsctrl.servo.scenario import fields

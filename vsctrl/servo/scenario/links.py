@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field
 
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 from vsctrl.servo.motion.linked import Blending, Linked
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.scenario import fields

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, get_args
 import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
-from vsctrl.servo.arrays import Array
+from vsctrl.arrays import Array
 from vsctrl.servo.motion import trajectory
 from vsctrl.servo.motion.path import Ends, Path
 from vsctrl.servo.motion.trajectory import Trajectory, Waveform

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl import loop
+from vsctrl.arrays import Array
 from vsctrl.servo import Scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured
 from vsctrl.study.modes import (
@@ -30,8 +31,6 @@ from vsctrl.study.modes import (
 )
 from vsctrl.study.runs import latency, released
 from vsctrl.symbols import kappa, lam, tau
-
-Array = NDArray[np.float64]
 
 OFFSET = 1e-5  #: of the nearest depth, and rad
 FITTED = 1e-8  #: how well the coefficients of the recurrence are known

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vsctrl import loop, timing
+from vsctrl.arrays import Complex
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured, Value
@@ -24,8 +25,6 @@ from vsctrl.study.modes import nearest_depth, sideways_ratio
 from vsctrl.study.runs import run, settling
 from vsctrl.study.sine_fit import sine_fit
 from vsctrl.symbols import T_s, d, k_ff, kappa, lam, omega, s, tau
-
-Complex = NDArray[np.complex128]
 
 AMPLITUDE = 0.02  #: of the motion, in nearest depths
 DIRECTION = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -16,15 +16,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl import loop
+from vsctrl.arrays import Array
 from vsctrl.servo import Scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured
 from vsctrl.study.modes import calibration, scales
 from vsctrl.study.runs import run, settling
-
-Array = NDArray[np.float64]
 
 #: Directions of the reference twist (V, Ω), in nearest depths and rad.
 MOTIONS = {

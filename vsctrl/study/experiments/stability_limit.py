@@ -12,17 +12,15 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from vsctrl import loop
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured
 from vsctrl.study.modes import eigen_directions, eigenvalues, gain_limit, scales
 from vsctrl.study.runs import latency, released
-
-Array = NDArray[np.float64]
 
 OFFSET = 1e-6  #: of the nearest depth, and rad
 FRAMES = 200  #: of a run, times d + 1; in its first third other modes die out

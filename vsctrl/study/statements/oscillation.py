@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from vsctrl import paper
+from vsctrl.arrays import Array
 from vsctrl.servo import Run
 from vsctrl.servo.motion.trajectory import Waveform
-from vsctrl.study.statements.runs import Array, Bench, last_outside, random_start, size
+from vsctrl.study.statements.runs import Bench, last_outside, random_start, size
 from vsctrl.study.statements.statement import Statement, Trial, shown
 
 WAVEFORMS: tuple[Waveform, ...] = ("triangle", "sine")

@@ -11,12 +11,10 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vsctrl.arrays import Array
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario, simulate
-
-Array = NDArray[np.float64]
 
 FOCAL_RATIO = 1.03  #: "no specific calibrations have been done": nor is this
 DEPTH_RATIO = 0.9  #: "the estimation of the depth … is not accurate": by how much is not printed

@@ -13,9 +13,9 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl import loop
+from vsctrl.arrays import Array
 from vsctrl.diagram import Block, Diagram
 from vsctrl.diagram.sampled.system import SampledSystem
 from vsctrl.servo import Run, Scenario, timing
@@ -25,8 +25,6 @@ from vsctrl.study.modes import nearest_depth
 from vsctrl.study.tracking.cases import Case, CaseResult, is_sideways
 from vsctrl.symbols import k_ff
 from vsctrl.tables import finite
-
-Array = NDArray[np.float64]
 
 ROUNDING = 1e-9  #: of the nearest depth or of the way, whichever is longer
 FLOOR = 10e-6  #: m, below which a first order is not held to its size

@@ -16,7 +16,6 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl import loop, timing
 from vsctrl.diagram import Block, Diagram, Sine
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
     from vsctrl.diagram.system import System
     from vsctrl.symbols import Expr
 
-Array = NDArray[np.float64]
 
 ROUNDING = 1e-9  #: of the motion
 ENDED = 1e-10  #: of a transient, what is left of it when the continuous error is read

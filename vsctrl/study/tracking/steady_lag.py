@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vsctrl import timing
+from vsctrl.arrays import Array
 from vsctrl.diagram import Ramp, Signal
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from vsctrl.diagram.system import System
     from vsctrl.symbols import Expr
 
-Array = NDArray[np.float64]
 
 WAYS = ("analytic", "pade", "exact", "simulated")
 PADE_ORDER = 4
