@@ -38,12 +38,17 @@ class Twin(Protocol):
     """What a channel asks of the sampled system that it is one of."""
 
     @property
-    def system(self) -> Numeric: ...
+    def system(self) -> Numeric:
+        """The diagram in numbers."""
+
     @property
-    def period(self) -> float: ...
+    def period(self) -> float:
+        """In s."""
+
     def difference_equation(
         self, targets: tuple[str, ...], source: str | None = None
-    ) -> DifferenceEquation: ...
+    ) -> DifferenceEquation:
+        """The closed loop from the inputs, or one of them, to some signals."""
 
 
 @dataclass(frozen=True)
