@@ -359,7 +359,7 @@ def test_the_same_diagram_gives_the_same_bytes_in_every_process():
             env={
                 **os.environ,
                 "PYTHONHASHSEED": seed,
-                "PYTHONPATH": str(Path(__file__).parents[2]),
+                "PYTHONPATH": os.pathsep.join(str(p) for p in Path(__file__).parents[1:3]),
             },
             capture_output=True,
             text=True,

@@ -9,8 +9,9 @@ from dataclasses import replace
 
 import effort
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
+from oracles.delay import Box, Network
 from test_random_diagrams import networks
 
 from vsctrl.diagram.sampled.poles import poles as poles_of
@@ -110,7 +111,23 @@ def test_the_poles_annihilate_the_pulse_response(case):
         assert (np.abs(filtered[rest]) <= 1e-10 * np.maximum(size[rest], 1.0)).all()
 
 
+#: A step of the iteration for its poles lands on one of them, where it must stay.
+ON_A_POLE = Network(
+    boxes=(
+        Box(num=(0.3, -0.1), den=(1.0, 2.9), steps=5),
+        Box(num=(-0.3,), den=(1.0, 2.1), steps=8),
+        Box(num=(-1.8,), den=(1.0, 1.3), steps=1),
+        Box(num=(-1.1, -1.7), den=(1.0, 1.9, 2.3), steps=1),
+    ),
+    wiring=np.roll(np.eye(4), 1, axis=0),
+    drive=np.eye(4)[0],
+    delta=0.1,
+    nodes=12,
+)
+
+
 @FEW
+@example((ON_A_POLE, 2, 3))
 @given(cases)
 def test_the_opened_loop_closes_to_the_same_poles(case):
     """1 + L(p) = 0 at each pole that the loop moves, and `stable` says where they are."""

@@ -235,8 +235,9 @@ def _aberth(turning: Turning, z: Complex) -> Complex:
             distance[np.arange(len(here)), here] = np.inf
             others[part : part + 500] = (1 / distance).sum(axis=1)
         turned = turning(z[active])
-        # So far inside that 1/z^d overflows, only the last term is left, which does not turn.
-        turned[~np.isfinite(turned)] = 0.0
+        # So far inside that 1/z^d overflows, only the last term is left, which does not turn. On a
+        # zero it is infinite, and the step 0.
+        turned[np.isnan(turned) & ~np.isinf(turned)] = 0.0
         step = 1 / (turned - z[active] * others)
         step[~np.isfinite(step)] = 0.0
         size = np.abs(step)
