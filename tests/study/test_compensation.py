@@ -15,7 +15,6 @@ from vsctrl.report import plots
 from vsctrl.servo import timing
 from vsctrl.servo.control.gain_schedule import GainSchedule
 from vsctrl.servo.control.prediction import Smith
-from vsctrl.servo.scenario import assembly
 
 PERIOD, TAU, LAM, SPEED = 0.04, 0.08, 2.5, 0.04
 
@@ -208,5 +207,5 @@ def test_a_delay_one_frame_off_is_noticed(monkeypatch):
     def shifted(placement, d):
         return delays(placement, d + 1)
 
-    kinds = wrong_rows(monkeypatch, assembly, "ages", shifted)
+    kinds = wrong_rows(monkeypatch, timing, "delays", shifted)
     assert {"none", "nulling feed-forward", "preview", "Smith", "PI"} <= kinds

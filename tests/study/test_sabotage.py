@@ -11,7 +11,6 @@ import pytest
 from vsctrl import paper
 from vsctrl.servo import timing
 from vsctrl.servo.control.law import Law
-from vsctrl.servo.scenario import assembly
 from vsctrl.study import validate
 
 simulator = importlib.import_module("vsctrl.servo.simulate")  # the module, not the function
@@ -32,7 +31,7 @@ def shift_delay(monkeypatch, frames):
     def shifted(placement, d):
         return DELAYS(placement, max(d + frames, 0) if d else d)
 
-    monkeypatch.setattr(assembly, "ages", shifted)
+    monkeypatch.setattr(timing, "delays", shifted)
 
 
 def test_a_wrong_sign_of_the_feedforward_is_noticed(monkeypatch):
@@ -63,7 +62,7 @@ def test_a_delay_one_frame_off_is_noticed(monkeypatch, frames):
 
 
 def test_a_late_reference_is_noticed(monkeypatch):
-    monkeypatch.setattr(assembly, "ages", lambda placement, d: DELAYS("aligned", d))
+    monkeypatch.setattr(timing, "delays", lambda placement, d: DELAYS("aligned", d))
     assert validate(paper.sliding()).agrees is False
 
 

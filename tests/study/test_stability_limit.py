@@ -11,7 +11,6 @@ from vsctrl import paper, study
 from vsctrl.errors import InputError
 from vsctrl.servo import timing
 from vsctrl.servo.control.law import Law
-from vsctrl.servo.scenario import assembly
 from vsctrl.study.experiments import stability_limit
 
 simulator = importlib.import_module("vsctrl.servo.simulate")  # the module, not the function
@@ -86,7 +85,7 @@ def test_a_gain_two_percent_off_moves_the_limit(monkeypatch, change):
 
 @pytest.mark.parametrize("frames", [-1, 1])
 def test_a_delay_one_frame_off_moves_the_limit(monkeypatch, frames):
-    monkeypatch.setattr(assembly, "ages", lambda placement, d: DELAYS(placement, d + frames))
+    monkeypatch.setattr(timing, "delays", lambda placement, d: DELAYS(placement, d + frames))
     found = small_edge()
     assert not found.agrees
     # The memory that is watched is one frame off too, which costs two digits.
@@ -169,7 +168,7 @@ def test_a_gain_a_delay_or_a_sign_that_is_wrong_shows_in_the_decay(monkeypatch):
         return lambda m: m.setattr(Law, "twist", lambda s, L, e, ds: TWIST(s, L, change * e, ds))
 
     def late(frames):
-        return lambda m: m.setattr(assembly, "ages", lambda p, d: DELAYS(p, d + frames))
+        return lambda m: m.setattr(timing, "delays", lambda p, d: DELAYS(p, d + frames))
 
     assert not any(wrong(law(1.001)))
     assert not any(wrong(law(-1.0)))

@@ -14,7 +14,6 @@ from vsctrl.errors import InputError
 from vsctrl.report import plots
 from vsctrl.servo import timing
 from vsctrl.servo.control.law import Law
-from vsctrl.servo.scenario import assembly
 from vsctrl.study.experiments import matrix_law
 
 simulator = importlib.import_module("vsctrl.servo.simulate")  # the module, not the function
@@ -214,7 +213,7 @@ def test_a_gain_one_percent_off_is_noticed_in_the_waves_and_lags(monkeypatch):
 @pytest.mark.parametrize("frames", [-1, 1])
 def test_a_delay_one_frame_off_is_noticed_in_the_waves_and_lags(monkeypatch, frames):
     def patch(m):
-        m.setattr(assembly, "ages", lambda placement, d: DELAYS(placement, d + frames))
+        m.setattr(timing, "delays", lambda placement, d: DELAYS(placement, d + frames))
 
     waves, lags = agreeing(monkeypatch, patch)
     assert not any(fine for _, fine in waves)
