@@ -6,6 +6,7 @@ A table is rows of cells that are text already; how a number is written is each 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, is_dataclass
 from html import escape
@@ -41,16 +42,16 @@ class Shown(Protocol):
     def _repr_html_(self) -> str: ...
 
 
-class Tables(Printed):
+class Tables(Printed, ABC):
     """A result that shows itself as several tables (`_tables`) with paragraphs below (`_words`)."""
 
     __slots__ = ()
 
-    def _tables(self) -> Iterable[Shown]:
-        raise NotImplementedError
+    @abstractmethod
+    def _tables(self) -> Iterable[Shown]: ...
 
-    def _words(self) -> Iterable[str]:
-        raise NotImplementedError
+    @abstractmethod
+    def _words(self) -> Iterable[str]: ...
 
     def __str__(self) -> str:
         return "\n\n".join([*map(str, self._tables()), *self._words()])
