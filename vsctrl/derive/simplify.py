@@ -30,7 +30,7 @@ def shortened(entry: sp.Expr) -> sp.Expr:
     named = entry.xreplace(names)
     # A length √(l² cos² + l² sin²) is l; only then do numerator and denominator share a factor.
     roots = [power for power in named.atoms(sp.Pow) if not power.exp.is_Integer]
-    named = named.xreplace({r: sp.factor(_reduced(r.base, pairs)) ** r.exp for r in roots})
+    named = named.xreplace({r: factored(_reduced(r.base, pairs)) ** r.exp for r in roots})
     both = (_reduced(named, pairs), _reduced(named, [pair[::-1] for pair in pairs]))
     return min(both, key=sp.count_ops).xreplace({name: value for value, name in names.items()})
 
@@ -63,7 +63,7 @@ def shortest(quotient: sp.Expr, linear: Sequence[sp.Symbol] = ()) -> sp.Expr:
     single quotients and the quotient as it is; of equals the first.
     """
     above, below = sp.fraction(quotient)
-    below = sp.factor(below)
+    below = factored(below)
     candidates = [_factored(above) / below]
     linear = [symbol for symbol in linear if above.has(symbol)]
     if linear:
@@ -80,4 +80,32 @@ def _terms(polynomial: sp.Expr, linear: Sequence[sp.Symbol]) -> list[sp.Expr]:
 
 
 def _factored(polynomial: sp.Expr) -> sp.Expr:
-    return sp.factor(polynomial) if len(sp.Add.make_args(polynomial)) <= _MOST_TERMS else polynomial
+    return factored(polynomial) if len(sp.Add.make_args(polynomial)) <= _MOST_TERMS else polynomial
+
+
+def factored(expression: sp.Expr) -> sp.Expr:
+    """``sp.factor``, but without its search where a polynomial is linear in one of its symbols.
+
+    Over many symbols SymPy lifts factors from a random point, which takes seconds as a rule and
+    minutes at unlucky ones. A polynomial c₁ x + c₀ is gcd(c₀, c₁) times one that has no factor.
+    """
+    number, factors, rest = sp.S.One, [], expression
+    while (x := _linear_in(rest)) is not None:
+        common, part = sp.Poly(rest, x).primitive()
+        # As SymPy writes a factor: numbers in front, and the leading coefficient positive.
+        by, part = sp.Poly(part.as_expr()).primitive()
+        sign = -1 if part.LC() < 0 else 1
+        number, rest = number * sign * by, common
+        factors.append((sign * part).as_expr())
+    by, rest = sp.factor(rest).as_coeff_Mul()
+    number, product = number * by, sp.Mul(rest, *factors)
+    # A number, unless it is a sign, is to stay in front of a sum.
+    return sp.Mul(number, product, evaluate=abs(number) == 1 or not product.is_Add)
+
+
+def _linear_in(expression: sp.Expr) -> sp.Symbol | None:
+    """A symbol in which a polynomial of several terms is of first degree, if there is one."""
+    if not expression.is_Add or not expression.is_polynomial(*expression.free_symbols):
+        return None
+    whole = sp.Poly(expression)
+    return next((x for x in whole.gens if whole.degree(x) == 1), None)
