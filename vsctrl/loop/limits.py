@@ -6,7 +6,7 @@ Stability ends where the opened loop passes −1; oscillation begins where two r
 import cmath
 import math
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from typing import Any
 
 import sympy as sp
@@ -54,7 +54,7 @@ def gain_limit(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.
         kappa = abs(kappa) or 1.0
 
     def turned(limit: sp.Expr) -> sp.Expr:
-        return limit.subs(alpha, angle or sp.S.Zero)
+        return _put(limit, alpha, angle or sp.S.Zero)
 
     def sampled(samples: Any) -> sp.Expr:
         return turned(_sampled_limit())
@@ -100,9 +100,9 @@ def _value(
     if period is None:
         if not symbolic and delay == 0:
             return math.inf
-        result = continuous().subs({_TAU: delay, _KAPPA: ratio}, simultaneous=True)
+        result = _put(continuous(), _TAU, delay, _KAPPA, ratio)
     elif symbolic:
-        result = sampled(d).subs({T_s: period, _KAPPA: ratio}, simultaneous=True)
+        result = _put(sampled(d), T_s, period, _KAPPA, ratio)
     else:
         if not delay / check.positive("period", period) < MOST_PERIODS:
             raise InputError(
@@ -113,9 +113,15 @@ def _value(
         if samples is None:
             result = between(delay / period) / (ratio * period)
             return result if check.is_symbolic(ratio) else float(result)
-        result = sampled(samples).subs({T_s: period, _KAPPA: ratio}, simultaneous=True)
+        result = _put(sampled(samples), T_s, period, _KAPPA, ratio)
         result = result.evalf(subs={d: samples}) if result.has(d) else result
     return float(result) if result.is_number and not symbolic else result
+
+
+@lru_cache(4096, typed=True)
+def _put(form: sp.Expr, *pairs: Any) -> sp.Expr:
+    """The form with a value after each symbol, once: a study asks for the same limits again."""
+    return form.subs(dict(zip(pairs[::2], pairs[1::2], strict=True)), simultaneous=True)
 
 
 @printed
