@@ -54,12 +54,11 @@ def test_the_committed_kernels_regenerate_to_the_letter():
     assert Path(kernels.__file__).read_text(encoding="utf-8") == printed_kernels()
 
 
-@pytest.mark.parametrize("hash_seed", ["1", "2"])
-def test_the_command_prints_the_kernels(hash_seed):
+def test_the_command_prints_the_kernels():
     """Also in another process, where sets and dictionaries of symbols iterate otherwise."""
     done = subprocess.run(
         [sys.executable, "-W", "error", "-m", "vsctrl.derive.emit"],
-        env={**os.environ, "PYTHONHASHSEED": hash_seed},
+        env={**os.environ, "PYTHONHASHSEED": "4711"},
         capture_output=True,
         encoding="utf-8",
         check=True,

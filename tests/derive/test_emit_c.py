@@ -169,8 +169,7 @@ def test_an_argument_that_l_does_not_depend_on_is_no_warning(build):
     build(source)
 
 
-@pytest.mark.parametrize("hash_seed", ["1", "2"])
-def test_the_text_is_the_same_in_every_process(hash_seed):
+def test_the_text_is_the_same_in_every_process():
     code = (
         "from vsctrl.derive import Sphere, emit\n"
         "feature = Sphere()\n"
@@ -180,7 +179,7 @@ def test_the_text_is_the_same_in_every_process(hash_seed):
     here = f"{emit(feature, 'c')} {emit(feature)}\n"
     done = subprocess.run(
         [sys.executable, "-c", code],
-        env={**os.environ, "PYTHONHASHSEED": hash_seed},
+        env={**os.environ, "PYTHONHASHSEED": "4711"},
         capture_output=True,
         encoding="utf-8",
         check=True,
