@@ -6,7 +6,9 @@ function, to the module that knows how, and wraps what comes back in the ecosyst
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,11 +17,13 @@ from numpy.typing import ArrayLike
 from vsctrl.arrays import Array, Complex
 from vsctrl.checks import frequencies, quoted
 from vsctrl.checks import side as side_of
+from vsctrl.diagram.frequency.corners import corners, slow_corners
+from vsctrl.diagram.frequency.hidden_roots import closed_loop
 from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain
 from vsctrl.diagram.frequency.margins import Margins, margins
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade import order as pade_order
-from vsctrl.diagram.roots import argument_principle, rightmost
+from vsctrl.diagram.roots import rightmost
 from vsctrl.diagram.signals.signal import Signal
 from vsctrl.diagram.time import from_history
 from vsctrl.diagram.time.response import check_signal, checked_times, from_rest
@@ -156,15 +160,16 @@ class OpenLoop(Channel):
                 f"margins: the loop through {self.target!r} is algebraic and singular: what L lets "
                 "through at once is −1, and 1 + L has no inverse; check gains and signs."
             )
-        tau = system.tau
         with np.errstate(over="ignore"):
-            rates = np.concatenate([np.abs(np.linalg.eigvals(system.A)), 1 / tau])
-        # Roots are known to the rounding of the longest delay's inverse.
-        line = -1e-12 / max(1.0, float(tau.max(initial=0.0)))
-        unstable = argument_principle.count_right_of(system.closed(), line)
+            rates = corners(self.system.blocks)
+            rates = np.append(rates, np.abs(np.linalg.eigvals(system.A)))
+            slow = slow_corners(system)
+            rates = np.append(rates, slow[slow < rates[rates > 0].min(initial=math.inf)])
+        roots = closed_loop(self)
         far = HighFrequencyGain.of(system, self.sign)
         with np.errstate(over="ignore", invalid="ignore"):  # |L|² beside a pole on the axis
-            return margins(self, rates, float(tau.sum()), unstable, far)
+            found = margins(self, rates, float(system.tau.sum()), roots.unstable, far)
+        return replace(found, hidden_roots=roots.hidden)
 
     def _pade_on(self, on: object, order: object, tol: object, band: object) -> PadeModel:
         if on != "margins":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from vsctrl.diagram.frequency.piecewise import (
     zero_frequencies,
 )
 from vsctrl.diagram.numerics.chebyshev import less
+
+FURTHEST = 1e12  #: times the highest corner, up to which a loop without delays is followed
 
 
 def gain_crossings_of(L: Response, ends: Array, size: Array, level: float = 1.0) -> Array:
@@ -36,6 +39,23 @@ def phase_crossings(L: Response, ends: Array, pieces: Complex) -> tuple[Array, C
     passes = (size > 0.03 * beside.min(axis=1)) & (size < 30 * beside.max(axis=1))
     crossing = passes & (np.abs(values.imag) < 1e-6 * size) & (values.real < 0)
     return omega[crossing], values[crossing]
+
+
+def next_phase_crossing(L: Response, start: float, delay_s: float) -> tuple[Array, Complex]:
+    """The first (ω, L) beyond `start` at which an L that falls to 0 is negative, if there is one.
+
+    However small |L| is there, it is what limits the gain where nothing before does.
+    """
+    if delay_s:  # it turns at least once in 2π/delay_s, but for lags that turn back
+        ends = start + np.cumsum(np.r_[0.0, 4 * math.pi / delay_s * 2.0 ** np.arange(6)])
+    else:
+        ends = start * np.array([1.0, 1e6, FURTHEST])
+    for low, high in pairwise(ends):
+        grid = np.linspace(math.log(low), math.log(high), 9)
+        found = phase_crossings(L, *chebyshev_pieces(L, grid, delay_s))
+        if len(found[0]):
+            return found[0][:1], found[1][:1]
+    return np.zeros(0), np.zeros(0, complex)
 
 
 def pieces_beside_crossings(

@@ -66,8 +66,11 @@ class HighFrequencyGain:
         tau = np.array([float(delay) for delay in self.delays])
         lag = np.exp(-1j * np.asarray(omega)[..., None] * tau)
         inner = np.eye(len(tau)) - lag[..., None] * self.D[1:, 1:]
+        pole = np.linalg.det(inner) == 0
+        inner = np.where(pole[..., None, None], np.eye(len(tau)), inner)
         w = np.linalg.solve(inner, lag[..., None] * self.D[1:, :1])
-        return np.asarray(self.D[0, 0] + (self.D[:1, 1:] @ w)[..., 0, 0], complex)
+        value = self.D[0, 0] + (self.D[:1, 1:] @ w)[..., 0, 0]
+        return np.where(pole, complex(np.inf), value)
 
 
 class HighFrequencyTail(NamedTuple):

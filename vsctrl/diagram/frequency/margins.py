@@ -47,15 +47,27 @@ class Margins(Numbers):
     phase_crossings: tuple[tuple[float, float], ...]  #: (ω, gain margin there), by rising ω
     stable: bool
     unstable_roots: float  #: infinite where a neutral loop has a chain of them
+    #: Roots (rad/s) on or right of the axis that no signal shows, as of a moving average at 0.
+    hidden_roots: tuple[complex, ...] = ()
 
     @property
     def modulus(self) -> float:
         """The least distance of L(jω) from −1, 1/Ms."""
         return 1 / self.peak_sensitivity
 
+    @property
+    def _verdict(self) -> str:
+        said = "stable" if self.stable else f"unstable, {self.unstable_roots:g} roots"
+        if not self.hidden_roots:
+            return said
+        listed = ", ".join(
+            f"{root:.4g}" if root.imag else f"{root.real:.4g}" for root in self.hidden_roots
+        )
+        return f"{said}; hidden: {listed} rad/s"
+
     def _repr_html_(self) -> str:
         rows = {
-            "closed loop": "stable" if self.stable else f"unstable, {self.unstable_roots:g} roots",
+            "closed loop": self._verdict,
             "gain margin": f"{self.gain:.4g}",
             "phase margin": f"{math.degrees(self.phase):.4g}°",
             "delay margin": f"{self.delay:.4g} s",
@@ -85,7 +97,7 @@ def margins(
     counts too, at ω = ∞: with |L(j∞)| ≥ 1 any further delay destabilises.
     """
     stable = unstable_roots == 0
-    low, high = band_of(L, rates)
+    low, high = band_of(L, rates, falls=far is None or far.limit == 0)
     if not np.any(L(1j * np.geomspace(low, high, 32))):
         return _without_loop(unstable_roots)
     follow = high
@@ -100,7 +112,11 @@ def margins(
         ends, pieces = (np.vstack(s) for s in zip((ends, pieces), *more, strict=True))
     size, distance = squared(pieces, 0.0), squared(pieces, 1.0)
     tail = None if far is None or not far.turns else high_frequency_tail(far)
-    phase_at, at_phase = crossings.with_limits(*crossings.phase_crossings(L, ends, pieces), limits)
+    phase_at, at_phase = crossings.phase_crossings(L, ends, pieces)
+    if not (np.abs(at_phase) <= 1).any() and limits[1] == 0:
+        next_at, at_next = crossings.next_phase_crossing(L, high, delay_s)
+        phase_at, at_phase = np.append(phase_at, next_at), np.append(at_phase, at_next)
+    phase_at, at_phase = crossings.with_limits(phase_at, at_phase, limits)
     if tail is not None:
         phase_at = np.append(phase_at, np.full(len(tail.real), math.inf))
         at_phase = np.append(at_phase, tail.real)
@@ -136,7 +152,7 @@ def margins(
         peak_frequency=peak_at,
         peak_complementary=top,
         complementary_frequency=top_at,
-        bandwidth=bandwidth_of(L, ends, size, distance, limits[0], top),
+        bandwidth=bandwidth_of(L, ends, size, distance, limits[0]),
         gain_crossings=tuple(zip(gain_at.tolist(), phases.tolist(), strict=True)),
         phase_crossings=tuple(zip(phase_at.tolist(), factors.tolist(), strict=True)),
         stable=stable,

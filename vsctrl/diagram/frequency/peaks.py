@@ -71,12 +71,10 @@ def fallen_from(at_zero: complex) -> float:
     return float(start * 10**-0.15)
 
 
-def bandwidth_of(
-    L: Response, ends: Array, size: Array, distance: Array, at_zero: complex, top: float
-) -> float:
+def bandwidth_of(L: Response, ends: Array, size: Array, distance: Array, at_zero: complex) -> float:
     """The least ω at which |T|² = |L|²/|1 + L|² falls 3 dB below what it is at ω = 0."""
     fallen = fallen_from(at_zero)
-    if fallen == math.inf or fallen < 1e-6 * top:  # nothing to fall from, or T(0) is infinite
+    if fallen == math.inf or not fallen:  # T(0) is infinite, or there is nothing to fall from
         return 0.0
     omega = zero_frequencies(ends, size - fallen**2 * distance)
     values = L(1j * omega)

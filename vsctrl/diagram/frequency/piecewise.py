@@ -23,15 +23,18 @@ NOTHING = 1e-9  #: a limit of |L| below this is rounding
 LEAST = 0.01  #: the search may end where |L| has fallen below this
 
 
-def band_of(L: Response, rates: Array) -> tuple[float, float]:
-    """From where L is a plain power of ω, not of size 1, up to where it no longer matters."""
+def band_of(L: Response, rates: Array, falls: bool) -> tuple[float, float]:
+    """From where L is a plain power of ω, not of size 1, up to where it no longer matters.
+
+    That is where |L| is below `LEAST`, if it `falls` at all, and tenfold beyond the rates.
+    """
     rates = rates[(rates > 0) & np.isfinite(rates)]
     low, high = (rates.min() * 1e-3, rates.max() * 10) if len(rates) else (1e-3, 1e1)
     size, power = _power(L, low, 1 / 16)
     if power:
         # |L| = size (ω/low)^power below `low`: go a hundredfold below the crossing it points to.
         low = min(low, 1e-2 * low * size ** (-1 / power))
-    size, power = _power(L, high, 16.0)
+    size, power = _power(L, high, 16.0) if falls else (1.0, 0)
     if power < 0:
         high = max(high, 2 * high * (size / LEAST) ** (-1 / power))
     return float(max(low, 1e-250)), float(min(high, 1e250))

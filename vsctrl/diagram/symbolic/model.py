@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy as sp
 
-from vsctrl.diagram.symbolic import evaluation, transfer_function
+from vsctrl.diagram.symbolic import evaluation, order_at_zero, transfer_function
 from vsctrl.diagram.symbolic.coefficients import Coefficients
 from vsctrl.diagram.symbolic.transfer_function import Solved
 
@@ -35,6 +35,17 @@ class Model(Solved):
         return cache(partial(evaluation.evaluator, self))
 
     @cached_property
-    def pole_free_evaluator(self) -> Callable[[str, str], Callable[..., Any]]:
-        """(source, target) → the channel as numerator and denominator, kept once made."""
+    def pole_free_evaluator(self) -> Callable[..., Callable[..., Any]]:
+        """(source, target, modules) → the channel's numerator and denominator, kept once made."""
         return cache(partial(evaluation.pole_free_evaluator, self))
+
+    @cached_property
+    def terms(self) -> Callable[[str, str], tuple[order_at_zero.Terms, order_at_zero.Terms]]:
+        """(source, target) → the terms of the channel's N and Δ, kept once made."""
+
+        def both(source: str, target: str) -> tuple[order_at_zero.Terms, order_at_zero.Terms]:
+            num, den = self.gains.channel(source, target)
+            letters = self.gains.letters
+            return order_at_zero.terms(num, letters), order_at_zero.terms(den, letters)
+
+        return cache(both)
