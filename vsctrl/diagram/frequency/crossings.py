@@ -13,7 +13,6 @@ from vsctrl.diagram.frequency.piecewise import (
     NOTHING,
     Response,
     chebyshev_pieces,
-    log_grid,
     zero_frequencies,
 )
 from vsctrl.diagram.numerics.chebyshev import less
@@ -42,7 +41,7 @@ def phase_crossings(L: Response, ends: Array, pieces: Complex) -> tuple[Array, C
 
 
 def next_phase_crossing(L: Response, start: float, delay_s: float) -> tuple[Array, Complex]:
-    """The first (ω, L) beyond `start` at which an L that falls to 0 is negative, if there is one.
+    """(ω, L) beyond `start` where an L that falls to 0 is negative and largest, if there is one.
 
     However small |L| is there, it is what limits the gain where nothing before does.
     """
@@ -54,30 +53,9 @@ def next_phase_crossing(L: Response, start: float, delay_s: float) -> tuple[Arra
         grid = np.linspace(math.log(low), math.log(high), 9)
         found = phase_crossings(L, *chebyshev_pieces(L, grid, delay_s))
         if len(found[0]):
-            return found[0][:1], found[1][:1]
+            largest = [int(np.abs(found[1]).argmax())]
+            return found[0][largest], found[1][largest]
     return np.zeros(0), np.zeros(0, complex)
-
-
-def pieces_beside_crossings(
-    L: Response, low: float, high: float, delay_s: float, fallen: float
-) -> list[tuple[Array, Complex]]:
-    """The pieces of a band in which L turns too often to follow that decide on the margins.
-
-    A delay in series turns L but leaves |L| smooth, so that |L| can be followed there: to where it
-    is 1, and to where |T| ≥ |L|/(1 + |L|) may first fall below `fallen`.
-    """
-    ends, size = chebyshev_pieces(lambda s: np.abs(L(s)) ** 2, log_grid(low, high), 0.0)
-    levels = [1.0, fallen / (1 - fallen)] if 0 < fallen < 1 else [1.0]
-    parts: list[tuple[Array, Complex]] = []
-    past = low
-    for omega in np.sort(np.hstack([gain_crossings_of(L, ends, size.real, x) for x in levels])):
-        span = 16 * math.pi / delay_s
-        first, last = max(omega - span, past), min(omega + span, high)
-        if last > first:
-            grid = np.linspace(math.log(first), math.log(last), 17)
-            parts.append(chebyshev_pieces(L, grid, delay_s))
-        past = max(past, last)
-    return parts
 
 
 def limit_towards(L: Response, omega: float, step: float) -> complex:

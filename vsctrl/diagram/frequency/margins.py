@@ -14,13 +14,12 @@ import numpy as np
 
 from vsctrl.arrays import Array
 from vsctrl.diagram.frequency import crossings
+from vsctrl.diagram.frequency.followed import band_of, followed
 from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain, high_frequency_tail
 from vsctrl.diagram.frequency.peaks import bandwidth_of, fallen_from, highest_peak
-from vsctrl.diagram.frequency.piecewise import EDGE, Response, band_of, chebyshev_pieces, log_grid
+from vsctrl.diagram.frequency.piecewise import EDGE, Response
 from vsctrl.diagram.numerics.chebyshev import squared
 from vsctrl.tables import Numbers, html
-
-MOST_TURNED = 2e4  #: rad of delay up to which the crossings of an unstable loop are followed
 
 
 @dataclass(frozen=True)
@@ -92,29 +91,23 @@ def margins(
     `rates` (rad/s) are the frequencies at which L bends: the moduli of its poles and the inverses
     of its delays; `delay_s` is the sum of its delays (s); `far` is what L tends to as ω → ∞,
     without which L itself is asked. The band searched reaches tenfold beyond those frequencies, and
-    up to where |L| has fallen below `LEAST`; beyond `MOST_TURNED` an unstable loop is followed only
-    beside its gain crossings. Of a loop that lets high frequencies through, what it tends to
-    counts too, at ω = ∞: with |L(j∞)| ≥ 1 any further delay destabilises.
+    up to where |L| has fallen below 1/100, where `phase_crossings` end unless there was none
+    before; how L is followed in it, `followed` tells. Of a loop that lets high frequencies
+    through, what it tends to counts too, at ω = ∞: with |L(j∞)| ≥ 1 any further delay destabilises.
     """
     stable = unstable_roots == 0
     low, high = band_of(L, rates, falls=far is None or far.limit == 0)
     if not np.any(L(1j * np.geomspace(low, high, 32))):
         return _without_loop(unstable_roots)
-    follow = high
-    if not stable and delay_s:
-        follow = min(high, max(MOST_TURNED / delay_s, 10 * low))
     beyond = crossings.limit_towards(L, 1e6 * high, 10.0) if far is None else far.limit
     limits = crossings.limit_towards(L, 1e-6 * low, 0.1), beyond
-    ends, pieces = chebyshev_pieces(L, log_grid(low, follow), delay_s)
-    if follow < high:
-        fallen = fallen_from(limits[0])
-        more = crossings.pieces_beside_crossings(L, follow, high, delay_s, fallen)
-        ends, pieces = (np.vstack(s) for s in zip((ends, pieces), *more, strict=True))
+    level = fallen_from(limits[0])
+    ends, pieces = followed(L, (low, high), rates, delay_s, stable, level)
     size, distance = squared(pieces, 0.0), squared(pieces, 1.0)
     tail = None if far is None or not far.turns else high_frequency_tail(far)
     phase_at, at_phase = crossings.phase_crossings(L, ends, pieces)
     if not (np.abs(at_phase) <= 1).any() and limits[1] == 0:
-        next_at, at_next = crossings.next_phase_crossing(L, high, delay_s)
+        next_at, at_next = crossings.next_phase_crossing(L, math.exp(ends.max()), delay_s)
         phase_at, at_phase = np.append(phase_at, next_at), np.append(at_phase, at_next)
     phase_at, at_phase = crossings.with_limits(phase_at, at_phase, limits)
     if tail is not None:

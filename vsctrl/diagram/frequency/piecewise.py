@@ -20,36 +20,6 @@ MAX_PIECES = 100_000
 EDGE = 1e-12  #: that near to −1, L is at the edge of stability
 CLOSE = 1e-3  #: |L| or |T| at a crossing, from what it crosses; at a pole on the axis it is far off
 NOTHING = 1e-9  #: a limit of |L| below this is rounding
-LEAST = 0.01  #: the search may end where |L| has fallen below this
-
-
-def band_of(L: Response, rates: Array, falls: bool) -> tuple[float, float]:
-    """From where L is a plain power of ω, not of size 1, up to where it no longer matters.
-
-    That is where |L| is below `LEAST`, if it `falls` at all, and tenfold beyond the rates.
-    """
-    rates = rates[(rates > 0) & np.isfinite(rates)]
-    low, high = (rates.min() * 1e-3, rates.max() * 10) if len(rates) else (1e-3, 1e1)
-    size, power = _power(L, low, 1 / 16)
-    if power:
-        # |L| = size (ω/low)^power below `low`: go a hundredfold below the crossing it points to.
-        low = min(low, 1e-2 * low * size ** (-1 / power))
-    size, power = _power(L, high, 16.0) if falls else (1.0, 0)
-    if power < 0:
-        high = max(high, 2 * high * (size / LEAST) ** (-1 / power))
-    return float(max(low, 1e-250)), float(min(high, 1e250))
-
-
-def _power(L: Response, omega: float, step: float) -> tuple[float, int]:
-    """|L| at a frequency and the whole power of ω that it follows from there on, one step away.
-
-    Of an |L| that ripples, as one with a delay inside does, the largest of a few neighbours counts.
-    """
-    ripple = step ** np.linspace(0.0, 0.5, 24)
-    size, away = (np.abs(L(1j * w * ripple)).max() for w in (omega, omega * step))
-    if not (0 < size < math.inf and 0 < away < math.inf):
-        return 1.0, 0
-    return float(size), round(math.log(away / size) / math.log(step))
 
 
 def log_grid(low: float, high: float) -> Array:
@@ -58,7 +28,9 @@ def log_grid(low: float, high: float) -> Array:
     return np.linspace(math.log(low), math.log(high), number)
 
 
-def chebyshev_pieces(L: Response, grid: Array, delay_s: float) -> tuple[Array, Complex]:
+def chebyshev_pieces(
+    L: Response, grid: Array, delay_s: float, most: int = MAX_PIECES
+) -> tuple[Array, Complex]:
     """Intervals (k, 2) of log ω and L's Chebyshev coefficients (k, DEGREE + 1) on them.
 
     `delay_s` is the sum of L's delays (s), by which the rounding of its phase grows with ω.
@@ -91,7 +63,7 @@ def chebyshev_pieces(L: Response, grid: Array, delay_s: float) -> tuple[Array, C
             [np.column_stack([rest[:, 0], mid]), np.column_stack([mid, rest[:, 1]])]
         )
         total += int(fine.sum())
-        if total + len(open_ends) > MAX_PIECES:
+        if total + len(open_ends) > most:
             raise LimitError(
                 f"margins: the phase of L turns too often below {math.exp(grid[-1]):g} rad/s to "
                 "follow; shorten the delay or lower the gain at high frequency."
