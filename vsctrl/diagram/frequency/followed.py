@@ -111,7 +111,7 @@ def _deciding(L: Response, low: float, high: float, delay_s: float, level: float
     past = low
     for omega in np.sort(np.hstack([*places, turning, [low, high]])):
         first, last = max(omega - span, past), min(omega + span, high)
-        if last > first:
+        if last > first * (1 + 1e-9):
             grid = np.linspace(math.log(first), math.log(last), 2 * TURNS + 1)
             parts.append(chebyshev_pieces(L, grid, delay_s))
         past = max(past, last)
