@@ -31,19 +31,15 @@ class ClosedLoop(NamedTuple):
 
 def closed_loop(loop: NumericChannel) -> ClosedLoop:
     """The roots of 1 + L, L a channel with its sign: the zeros of det M closed, less the hidden."""
-    system = loop.realisation
-    closed = system.closed()
-    line = edge(system)
-    unstable = count_right_of(closed, line)
-    hidden = hidden_roots(loop)
-    if not hidden or unstable == np.inf:
-        return ClosedLoop(unstable, hidden)
+    closed, hidden = loop.realisation.closed(), hidden_roots(loop)
     at_zero = sum(root == 0 for root in hidden)
-    # Rounding parts a multiple root, which then lies on both sides of any line that is too near.
-    width = AT_ZERO * lowest_corner(loop)
-    if at_zero > 1 and count_right_of(closed, -width) - count_right_of(closed, width) == at_zero:
-        others = len(hidden) - at_zero
-        return ClosedLoop(count_right_of(closed, width) - others, hidden)
+    if at_zero:
+        # Rounding parts a multiple root, and near a root of any kind a line is slow to follow.
+        width = AT_ZERO * lowest_corner(loop)
+        right, left = count_right_of(closed, width), count_right_of(closed, -width)
+        if left - right == at_zero:
+            return ClosedLoop(right - (len(hidden) - at_zero), hidden)
+    unstable = count_right_of(closed, edge(loop.realisation))
     return ClosedLoop(max(unstable - len(hidden), 0), hidden)
 
 

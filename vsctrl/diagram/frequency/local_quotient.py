@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ TURN = 0.125  #: rad by which all delays together turn on the circle
 POINTS = 64  #: on the circle: the 64th term of e^{TURN} is below `ZERO`
 TERMS = 32  #: of each series, which leave nothing that a float could hold
 DIGITS = 160
+BITS = 560
 ZERO = 1e-140  #: of the largest term, below which a coefficient is 0
 
 
@@ -60,28 +62,58 @@ def local_quotient(
     import mpmath
 
     radius = TURN / delay_s if delay_s else reach
+    real = complex(centre).imag == 0
     with mpmath.workdps(DIGITS):
         mp = mpmath.mp
         turns = [mp.expjpi(mp.mpf(2 * k) / POINTS) for k in range(POINTS)]
-        values = [sides(mp, mp.mpc(centre) + radius * turn) for turn in turns]
+        # On a circle round a real point values come in conjugate pairs.
+        asked = turns[: POINTS // 2 + 1] if real else turns
+        values = [sides(mp, mp.mpc(centre) + radius * turn) for turn in asked]
+        if real:
+            values += [(n.conjugate(), d.conjugate()) for n, d in values[-2:0:-1]]
         (zeros, above), (poles, below) = (
-            _coefficients(mp, side, turns) for side in zip(*values, strict=True)
+            _coefficients(mp, side) for side in zip(*values, strict=True)
         )
         if not below:
             return None
         unit = max(abs(c) for c in below)
         a, b = (np.array([complex(c / unit) for c in side]) for side in (above, below))
-    if complex(centre).imag == 0:  # all of it is real there
+    if real:  # all of it is real there
         a, b = a.real + 0j, b.real + 0j
     return LocalQuotient(complex(centre), radius, zeros - poles, a, b)
 
 
-def _coefficients(mp: Any, values: tuple[Any, ...], turns: list[Any]) -> tuple[int, list[Any]]:
-    """The order of the zero in the middle, and the Taylor coefficients from there on."""
-    series = [
-        sum((v * turns[-j * k % POINTS] for j, v in enumerate(values)), mp.mpc(0)) / POINTS
-        for k in range(TERMS)
-    ]
+def _coefficients(mp: Any, values: tuple[Any, ...]) -> tuple[int, list[Any]]:
+    """The order of the zero in the middle, and the Taylor coefficients from there on.
+
+    The sums run over integers, values times 2^BITS, an order of magnitude faster than mpmath's own.
+    """
+    unit = max(abs(mp.mpc(v)) for v in values) or mp.mpf(1)
+    scaled = [mp.mpc(v) / unit for v in values]
+    x, y = (
+        [int(mp.ldexp(part, BITS)) for part in side]
+        for side in zip(*map(_parts, scaled), strict=True)
+    )
+    cos, sin = _turns()
+    size = unit / POINTS
+    series = []
+    for k in range(TERMS):
+        at = [j * k % POINTS for j in range(POINTS)]
+        real = sum(x[j] * cos[i] + y[j] * sin[i] for j, i in enumerate(at))
+        imag = sum(y[j] * cos[i] - x[j] * sin[i] for j, i in enumerate(at))
+        series.append(size * mp.mpc(mp.ldexp(real, -2 * BITS), mp.ldexp(imag, -2 * BITS)))
     least = ZERO * max(abs(c) for c in series)
     first = next((k for k, c in enumerate(series) if abs(c) > least), TERMS)
     return first, series[first:]
+
+
+@cache
+def _turns() -> tuple[list[int], list[int]]:
+    """cos and sin of 2πk/POINTS times 2^BITS."""
+    import mpmath
+
+    with mpmath.workdps(DIGITS + 20):
+        mp = mpmath.mp
+        angles = [mp.mpf(2 * k) / POINTS for k in range(POINTS)]
+        cos, sin = ([int(mp.ldexp(f(a), BITS)) for a in angles] for f in (mp.cospi, mp.sinpi))
+    return cos, sin

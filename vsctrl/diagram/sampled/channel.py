@@ -17,9 +17,11 @@ from numpy.typing import ArrayLike
 from vsctrl.arrays import Array, Complex
 from vsctrl.checks import frequencies, is_whole, points, quoted, reals
 from vsctrl.diagram.frequency.margins import Margins, margins
+from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.sampled import cut
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
+from vsctrl.diagram.sampled.hidden_poles import LaurentSeries, beside, of_loop, without
 from vsctrl.diagram.sampled.poles import Poles
 from vsctrl.diagram.signals.signal import Signal
 from vsctrl.diagram.symbolic import evaluation
@@ -42,6 +44,10 @@ class Twin(Protocol):
     @property
     def period(self) -> float:
         """The sampling period, s."""
+
+    @property
+    def hidden_roots(self) -> tuple[complex, ...]:
+        """The roots (rad/s) of the continuous diagram that no signal shows."""
 
     def difference_equation(
         self, targets: tuple[str, ...], source: str | None = None
@@ -83,12 +89,31 @@ class SampledChannel:
                 longest * np.abs(np.log(np.abs(z_values))) if longest else np.zeros(z_values.shape)
             )
         far = power > evaluation.FARTHEST
-        value = self.difference_equation.transfer(np.where(far, 1.0, z_values))[..., 0, 0]
+        value = self._transfer(np.where(far, 2.0, z_values))
+        for series in self._beside:
+            near = np.abs(z_values - series.centre) <= series.radius / 2
+            value = np.where(near, series(np.where(near, z_values, 0.0)), value)
         if far.any():
             value = np.array(value)
             value[far] = [self._where_floats_overflow(point) for point in z_values[far]]
         value = value if self.sign > 0 else -value
         return value if z_values.ndim else complex(value)
+
+    def _transfer(self, z: Complex) -> Complex:
+        return self.difference_equation.transfer(z)[..., 0, 0]
+
+    @cached_property
+    def hidden_roots(self) -> tuple[complex, ...]:
+        """The roots (rad/s) that no signal shows, at e^{pT} in z."""
+        return self.twin.hidden_roots
+
+    @cached_property
+    def _beside(self) -> list[LaurentSeries]:
+        """The channel beside the poles that it hides."""
+        if not self.hidden_roots:
+            return []
+        period = float(self.twin.period)
+        return beside(self._transfer, self._poles.all, self.hidden_roots, period)
 
     def _where_floats_overflow(self, z: complex) -> complex:
         """The value where z^{−d} is too large or too small for a float, in numbers of any size."""
@@ -168,7 +193,8 @@ class SampledChannel:
     @property
     def is_stable(self) -> bool:
         """Whether all poles are inside the unit circle."""
-        return self._poles.is_stable
+        shown = without(self._poles.all, self.hidden_roots, float(self.twin.period))
+        return bool((np.abs(shown) < 1).all())
 
     @cached_property
     def _poles(self) -> Poles:
@@ -186,6 +212,12 @@ class SampledChannel:
 @dataclass(frozen=True)
 class SampledLoop(SampledChannel):
     """L(z) of a return difference 1 + L."""
+
+    @cached_property
+    def hidden_roots(self) -> tuple[complex, ...]:
+        """The roots (rad/s) on or right of the axis that L(s) does not show."""
+        ends = self.twin.system, self.source, self.target
+        return of_loop(NumericChannel(*ends, self.sign))
 
     @cached_property
     def closed(self) -> DifferenceEquation:
@@ -212,14 +244,16 @@ class SampledLoop(SampledChannel):
             # Up to the Nyquist frequency; what lies beyond is a mirror image.
             return self(np.exp(1j * np.minimum(np.imag(s), top) * T))
 
-        z = self._poles.all
+        z = without(self._poles.all, self.hidden_roots, T)
         rates = np.abs(np.log(z[z != 0])) / T
         # The band ends tenfold above the highest rate.
         rates = np.minimum(
             np.concatenate([rates, [top, 1 / delay_s if delay_s else top]]), top / 10
         )
-        unstable = int((np.abs(Poles(self.closed).all) >= 1 - 1e-12).sum())
-        return self._with_ends(margins(L, rates, delay_s, unstable), top)
+        closed = without(Poles(self.closed).all, self.hidden_roots, T)
+        unstable = int((np.abs(closed) >= 1 - 1e-12).sum())
+        found = margins(L, rates, delay_s, unstable)
+        return replace(self._with_ends(found, top), hidden_roots=self.hidden_roots)
 
     def _with_ends(self, inside: Margins, top: float) -> Margins:
         """The margins with the crossings at ω = 0 and at the Nyquist frequency, where L is real."""

@@ -20,9 +20,10 @@ from vsctrl.arrays import Complex
 from vsctrl.checks import decimal, is_finite, quoted
 from vsctrl.diagram.description.blocks import Block
 from vsctrl.diagram.description.wiring import is_channel
+from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.numerics.graphs import reached
 from vsctrl.diagram.realisation.numeric import Numeric
-from vsctrl.diagram.sampled import cut
+from vsctrl.diagram.sampled import cut, hidden_poles
 from vsctrl.diagram.sampled.channel import SampledChannel, SampledLoop
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
 from vsctrl.diagram.sampled.poles import Poles
@@ -94,8 +95,24 @@ class SampledSystem:
 
     @property
     def is_stable(self) -> bool:
-        """Whether all poles are inside the unit circle."""
-        return self._closed_loop.is_stable
+        """Whether all poles are inside the unit circle, but for those that no signal shows."""
+        shown = hidden_poles.without(self._closed_loop.all, self.hidden_roots, float(self.period))
+        return bool((np.abs(shown) < 1).all())
+
+    @cached_property
+    def hidden_roots(self) -> tuple[complex, ...]:
+        """The continuous roots (rad/s), on or right of the axis, that no signal shows.
+
+        Those that single blocks have within themselves, as a moving average at 0, and those that
+        the loop through the hold does not show, as a predictor's integrator.
+        """
+        within = hidden_poles.of_blocks(self.system)
+        if self.hold in self.system.diagram.inputs:
+            return within
+        opened = replace(self.system, diagram=self.system.diagram.open(self.hold))
+        loop = NumericChannel(opened, f"{self.hold}__cut", self.hold, -1)
+        shared = hidden_poles.of_loop(loop)
+        return max(within, shared, key=len)
 
     @cached_property
     def _closed_loop(self) -> Poles:

@@ -57,6 +57,25 @@ def leading(sides: tuple[Terms, Terms], blocks: list[BlockCoefficients]) -> Lead
         return Leading(above - below, factor, min(above, below))
 
 
+def common_zeros(block: BlockCoefficients) -> int:
+    """How often numerator and denominator of a block are both 0 at s = 0, as a moving average's."""
+    return min(_zeros(side) for side in (block.num, block.den)) if block.num else 0
+
+
+def _zeros(side: dict[tuple[int, Any], float]) -> int:
+    """The order of the zero at s = 0 of Σ c sᵏ e^{−sτ}: the first power whose factor is not 0."""
+    top = max(k for k, _ in side) + len(side)
+    for power in range(top):
+        parts = [
+            c * (-float(tau)) ** (power - k) / math.factorial(power - k)
+            for (k, tau), c in side.items()
+            if k <= power
+        ]
+        if abs(math.fsum(parts)) > CANCELS * math.fsum(map(abs, parts)):
+            return power
+    return top
+
+
 def _lowest(side: dict[tuple[int, Any], float]) -> tuple[int, float] | None:
     """The lowest power of s on one side of a block, whose exponentials are 1 there."""
     if not side:
