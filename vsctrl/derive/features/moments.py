@@ -14,6 +14,7 @@ from functools import cache, cached_property
 from sympy import Expr, ImmutableMatrix, Poly, S, Symbol, atan2, cancel, nan, oo, sqrt, symbols, zoo
 from sympy.core.function import AppliedUndef
 
+from vsctrl.caching import Caching
 from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.features.curves import x_g, y_g
 from vsctrl.derive.features.feature import are_symbols, is_pair
@@ -49,7 +50,7 @@ def mu(i: int, j: int) -> Symbol:
 
 
 @dataclass(frozen=True)
-class Moments:
+class Moments(Caching):
     """A feature s = ``expressions``, k functions of image moments, of a plane object.
 
     The expressions hold the symbols ``m(i, j)``, ``mu(i, j)``, x_g, y_g, a and ``parameters``.
