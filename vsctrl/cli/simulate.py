@@ -45,6 +45,7 @@ def simulate(
     files = _targets(scenario, {"--out": out, "--plot": plot, "--animate": animate})
     from vsctrl import paper, servo
     from vsctrl.servo.results.outcome import outcome
+    from vsctrl.tables import visible
 
     run = servo.simulate(servo.Scenario.load(scenario) if scenario else paper.sliding())
     if out is not None:
@@ -59,7 +60,8 @@ def simulate(
     if as_json:
         echo_json(run.data() | {"files": {name[2:]: str(path) for name, path in files.items()}})
     else:
-        click.echo("\n".join([str(summary), *([""] if files else []), *map(str, files.values())]))
+        shown = visible(str(summary))
+        click.echo("\n".join([shown, *([""] if files else []), *map(str, files.values())]))
     if not run.status.ok:
         click.echo(f"vsctrl: {run.status.sentence}", err=True)
         ctx.exit(1)

@@ -11,13 +11,14 @@ from typing import Any, Self
 import numpy as np
 import sympy as sp
 
+from vsctrl.caching import Caching
 from vsctrl.diagram.description.blocks import Block, Part, Subdiagram
 from vsctrl.errors import InputError, nearest
 from vsctrl.symbols import KEYWORDS, s
 
 
 @dataclass(frozen=True, init=False)
-class Wiring:
+class Wiring(Caching):
     """Blocks and sums joined wherever a signal name is the same, with named inputs and outputs."""
 
     parts: tuple[Part, ...]

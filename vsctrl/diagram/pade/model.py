@@ -64,8 +64,17 @@ class PadeModel(control.StateSpace):
         """
         twin = type(self).__new__(type(self))
         memo |= {id(self): twin, id(self.exact): self.exact}
-        twin.__dict__.update(copy.deepcopy(self.__dict__, memo))
+        twin.__setstate__(copy.deepcopy(self.__getstate__(), memo))
         return twin
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All but the two functions that python-control makes of a system: they cannot travel."""
+        return {k: v for k, v in vars(self).copy().items() if k not in ("updfcn", "outfcn")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        matrices = (state[letter] for letter in "ABCD")
+        super().__init__(*matrices, name=state["name"])
+        self.__dict__.update(state)
 
     @property
     def delays(self) -> tuple[float, ...]:

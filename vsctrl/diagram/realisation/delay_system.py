@@ -20,10 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.arrays import Array
+from vsctrl.caching import Caching
 
 
 @dataclass(frozen=True)
-class DelaySystem:
+class DelaySystem(Caching):
     """A (n, n), B (n, r+m), C (p+m, n), D (p+m, r+m) and the m delays in seconds, all > 0."""
 
     A: Array

@@ -21,6 +21,7 @@ from itertools import pairwise
 import numpy as np
 
 from vsctrl.arrays import Array, Complex
+from vsctrl.caching import Caching
 from vsctrl.checks import is_whole
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
 from vsctrl.errors import InputError, LimitError
@@ -265,7 +266,7 @@ def _too_many(count: int, most: int) -> LimitError:
 
 
 @dataclass(frozen=True)
-class Poles:
+class Poles(Caching):
     """The poles of a difference equation, worked out once."""
 
     equation: DifferenceEquation

@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from vsctrl.arrays import Complex
+from vsctrl.caching import Caching
 from vsctrl.checks import decimal, is_finite, quoted
 from vsctrl.diagram.description.blocks import Block
 from vsctrl.diagram.description.wiring import is_channel
@@ -34,7 +35,7 @@ MOST_PERIODS = 10**8  #: of the longest delay
 
 
 @dataclass(frozen=True)
-class SampledSystem:
+class SampledSystem(Caching):
     """A `System` whose signal `hold` is sampled at t = k·period and held, delays exact.
 
     What is held changes the answer. Here the loop is closed *after* the hold has been put into it:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from vsctrl.caching import Caching
 from vsctrl.checks import decimal
 from vsctrl.diagram.description.blocks import delay_symbol
 from vsctrl.diagram.description.wiring import Wiring
@@ -41,7 +42,7 @@ class BlockCoefficients:
         return max((k for k, _ in self.num), default=0) > self.order
 
 
-class Coefficients:
+class Coefficients(Caching):
     """Every coefficient and delay of a diagram as one compiled function of its parameters."""
 
     def __init__(self, diagram: Wiring) -> None:
