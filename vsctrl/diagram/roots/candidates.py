@@ -12,27 +12,72 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.numerics.chebyshev import differentiation_matrix
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 
 APART = 1e3  #: ratio of two neighbouring delays from which on they have scales of their own
-MOST_SIZE = 3000  #: of a discretised matrix
+
+Chosen = NDArray[np.bool_]  #: (m,), which of the delays
 
 
 def candidates(system: DelaySystem, nodes: int) -> Complex:
-    """Approximate roots (rad/s), the better the more nodes; some are none."""
+    """Approximate roots s (rad/s), Im s ≥ 0, the better the more nodes; some are none."""
+    if not system.delays:
+        roots = _spectrum(system.A)
+        return roots[roots.imag >= 0]
     lengths = np.array(sorted({float(tau) for tau in system.delays}))
-    parts = [np.linalg.eigvals(_without(system, system.tau > np.inf, system.tau < np.inf))]
-    parts.append(np.linalg.eigvals(system.A))
+    every = np.isfinite(system.tau)
+    parts = [_spectrum(_without(system, ~every, every)), _spectrum(system.A)]
     cuts = [0, *(k + 1 for k, (a, b) in enumerate(pairwise(lengths)) if b > APART * a)]
-    for first, last in pairwise([*cuts, len(lengths)]):
-        low, high = lengths[first], lengths[last - 1]
-        parts.append(_at_scale(system, low, high, nodes))
+    for first, end in pairwise([*cuts, len(lengths)]):
+        parts.append(_at_scale(system, lengths[first], lengths[end - 1], nodes))
     if len(cuts) > 1:
         parts.append(discretised(system, nodes))
-    return np.concatenate(parts).astype(complex)
+    parts.append(_of_resonances(system, nodes))
+    roots = np.concatenate(parts)
+    return roots[roots.imag >= 0]
+
+
+def _of_resonances(system: DelaySystem, nodes: int) -> Complex:
+    """Those of a delay many times longer than a mode of the loop lives, near its resonances.
+
+    With one delay the roots are where e^{sτ} is an eigenvalue μ(s) of C₂(sI − A)⁻¹B₂ + D₂₂, and
+    far up the axis Re s ≈ ln |μ(jω)|/τ: the rightmost are where |μ| is largest, 2π/τ apart.
+    Source: M. Lichtner, M. Wolfrum, S. Yanchuk, SIAM J. Math. Anal. 43 (2011) 788–802.
+    """
+    tau, modes = float(system.tau[0]), _spectrum(system.A)
+    modes = modes[(modes.imag >= 0) & (np.abs(modes) * tau > nodes / 4)]
+    if len(set(system.delays)) > 1 or not len(modes):
+        return np.zeros(0, complex)
+    B2, C2, D22 = system.inner
+
+    def largest(omega: Array) -> Complex:
+        shifted = 1j * omega[:, None, None] * np.eye(len(system.A)) - system.A
+        through = np.linalg.solve(shifted, np.broadcast_to(B2, (len(omega), *B2.shape)))
+        mu = np.linalg.eigvals(C2 @ through + D22)
+        return np.asarray(mu[np.arange(len(omega)), np.abs(mu).argmax(1)], complex)
+
+    # Beside each mode, never on it.
+    beside = np.outer(np.abs(modes.real) + 1e-9 * np.abs(modes), np.linspace(-4, 4, 32))
+    omega = np.concatenate([np.abs(modes)[:, None] + beside, modes.imag[:, None] + beside]).ravel()
+    omega = omega[omega > 0]
+    step = 2 * np.pi / tau
+    with np.errstate(all="ignore"):
+        try:
+            peaks = omega[np.argsort(-np.abs(largest(omega)))[:3]]
+            along = (peaks[:, None] + step * np.arange(-nodes // 4, nodes // 4)).ravel()
+            turn = np.log(largest(along)) / tau
+        except np.linalg.LinAlgError:
+            return np.zeros(0, complex)
+    out = turn + 1j * step * np.round((along - turn.imag) / step)
+    return np.asarray(out[np.isfinite(out)], complex)
+
+
+def _spectrum(matrix: Array) -> Complex:
+    return np.asarray(np.linalg.eigvals(matrix), complex)
 
 
 def _at_scale(system: DelaySystem, low: float, high: float, nodes: int) -> Complex:
@@ -58,14 +103,14 @@ def _at_scale(system: DelaySystem, low: float, high: float, nodes: int) -> Compl
     return discretised(part, nodes)
 
 
-def _without(system: DelaySystem, long: Array, short: Array) -> Array:
+def _without(system: DelaySystem, long: Chosen, short: Chosen) -> Array:
     """x' = A x with the short delays 1 and the long ones 0; empty where that has no solution."""
     rows = _closed(system, short, long)
     n = len(system.A)
     return np.zeros((0, 0)) if rows is None else rows[:n, :n]
 
 
-def _closed(system: DelaySystem, short: Array, long: Array) -> Array | None:
+def _closed(system: DelaySystem, short: Chosen, long: Chosen) -> Array | None:
     """[A, B₂; C₂, D₂₂] with w = z for the short delays, w = 0 for the long ones."""
     B2, C2, D22 = system.inner
     rows = np.block([[system.A, B2], [C2, D22]])
@@ -105,4 +150,4 @@ def discretised(system: DelaySystem, nodes: int) -> Complex:
         slope = derivative[:-1] * (2 / float(tau))
         matrix[rows, rows] += slope[:, :-1]
         matrix[rows] += np.outer(slope[:, -1], z[j])
-    return np.linalg.eigvals(matrix).astype(complex)
+    return _spectrum(matrix)

@@ -40,21 +40,26 @@ class _Disc:
 
 def distinct(system: DelaySystem, ends: Complex, steps: Array, depth: int = 0) -> Complex:
     """The roots at which Newton's method ended, each as often as it is one; pairs are exact."""
-    upper = ends.real + 1j * np.abs(ends.imag)
-    rho = resolution(system, upper)
-    discs = _merged(_discs(system, upper, steps, rho))
-    out: list[complex] = []
-    while discs:
-        disc = discs.pop(0)
-        gap = _gap(disc, discs + [_Disc(z, 0.0, True) for z in out])
-        count = 0
+    discs = _merged(_discs(system, ends.real + 1j * np.abs(ends.imag), steps))
+    gaps = [_gap(disc, discs) for disc in discs]
+    radii = [_least(system, disc, gap) for disc, gap in zip(discs, gaps, strict=True)]
+    simple = _hold_one(system, np.array([disc.centre for disc in discs]), np.array(radii))
+    rest, out = [], []
+    for disc, one in zip(discs, simple, strict=True):
+        if one and disc.sharp:
+            out += _with_conjugate(disc.centre)
+        else:
+            rest.append(disc)
+    while rest:
+        disc = rest.pop(0)
+        gap = _gap(disc, rest + [_Disc(z, 0.0, True) for z in out])
         radius = _least(system, disc, gap)
         counted = _sums(system, disc.centre, radius, 16, 1)
         if counted is None:
             # Rounding, or a root on the circle.
-            grown = _absorbed(system, disc, discs, radius)
+            grown = _absorbed(system, disc, rest, radius)
             if grown is not None:
-                discs = grown
+                rest = grown
             elif disc.sharp:
                 out += _with_conjugate(disc.centre)
             continue
@@ -66,18 +71,38 @@ def distinct(system: DelaySystem, ends: Complex, steps: Array, depth: int = 0) -
     return np.array(out, complex)
 
 
-def _discs(system: DelaySystem, z: Complex, steps: Array, rho: Array) -> list[_Disc]:
-    rate = rate_of(system)
+def _hold_one(system: DelaySystem, centres: Complex, radii: Array) -> list[bool]:
+    """Whether each circle is seen to hold one root and no more."""
+    if not len(centres):
+        return []
+    turn = np.exp(2j * np.pi * (np.arange(16) + 0.5) / 16)
+    radii = np.where(np.isfinite(radii), radii, 0.0)
+    with np.errstate(all="ignore"):
+        try:
+            slope, doubt = log_slope_and_doubt(
+                system, (centres[:, None] + radii[:, None] * turn).ravel()
+            )
+        except np.linalg.LinAlgError:
+            return [False] * len(centres)
+        count = (slope.reshape(-1, 16) * turn).mean(1) * radii
+        return list((doubt.reshape(-1, 16).max(1) < NOISE) & (np.abs(count - 1) < 0.1))
+
+
+def _discs(system: DelaySystem, z: Complex, steps: Array) -> list[_Disc]:
+    rate, rho = rate_of(system), resolution(system, z)
     most = 0.05 * np.abs(z) + 1e-6 * rate
     sharp = (steps <= SAFE * rho) & (SAFE * rho < most)
     radius = np.minimum(SAFE * rho + np.where(sharp, 0.0, 10 * steps), most)
     radius = np.maximum(radius, 1e-30 * rate)
     if system.delays:
         radius = np.minimum(radius, 0.5 * rate)
+    # One that only came near what another one reached says nothing.
+    nearer = np.abs(z[:, None] - z[sharp]) <= radius[:, None] + radius[sharp]
+    keep = sharp | ~nearer.any(1)
     out = []
-    for centre, r, known in zip(z.tolist(), radius.tolist(), sharp.tolist(), strict=True):
-        real = abs(centre.imag) <= r
-        out.append(_Disc(complex(centre.real) if real else centre, r, known))
+    for k in np.flatnonzero(keep):
+        centre, r = complex(z[k]), float(radius[k])
+        out.append(_Disc(complex(centre.real) if abs(centre.imag) <= r else centre, r, sharp[k]))
     return out
 
 
@@ -92,7 +117,7 @@ def _merged(discs: list[_Disc]) -> list[_Disc]:
     out = []
     for group in range(label.max() + 1):
         members = np.flatnonzero(label == group)
-        best = members[np.lexsort((r[members], [not discs[k].sharp for k in members]))[0]]
+        best = members[np.lexsort((r[members], np.array([not discs[k].sharp for k in members])))[0]]
         sharp = discs[best].sharp
         spread = float((np.abs(z[members] - z[best]) + r[members]).max())
         centre = complex(z[best])
@@ -168,7 +193,7 @@ def _told_apart(
         e.append(sum((-1) ** (i - 1) * e[k - i] * complex(sums[i]) for i in range(1, k + 1)) / k)
     seeds = centre + np.roots([(-1) ** k * value for k, value in enumerate(e)])
     if depth < DEEPEST:
-        roots = distinct(system, *polished(system, seeds), depth + 1)
+        roots = distinct(system, *polished(system, np.asarray(seeds, complex)), depth + 1)
         far = 3 * float(np.abs(seeds - centre).max()) + 1e-300
         near = roots[np.minimum(np.abs(roots - centre), np.abs(roots.conj() - centre)) <= far]
         if centre.imag:

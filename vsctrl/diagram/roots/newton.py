@@ -61,9 +61,9 @@ def polished(system: DelaySystem, start: Complex) -> tuple[Complex, Array]:
             roots[active] = moved
             on = step[active] > 0.5 * EPS * np.abs(moved)
             if count >= 12:
-                on &= step[active] <= 0.3 * np.abs(moved) + 0.02 * rate
+                on &= step[active] <= 0.3 * np.abs(moved) + 1e-3 * rate
             active = active[on]
-    good = step <= 0.01 * np.abs(roots) + 1e-6 * rate
+    good = (step <= 0.01 * np.abs(roots)) | (step + np.abs(roots) < 1e-8 * rate)
     return roots[good], step[good]
 
 

@@ -13,6 +13,7 @@ from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.reduction import delays_in_loops
 from vsctrl.diagram.roots.candidates import candidates
 from vsctrl.diagram.roots.multiplicity import distinct
+from vsctrl.diagram.roots.neutral import DifferenceOperator
 from vsctrl.diagram.roots.newton import polished
 from vsctrl.diagram.roots.visible import as_poles
 from vsctrl.errors import InputError, LimitError
@@ -22,25 +23,65 @@ def rightmost(system: DelaySystem, n: int) -> Complex:
     """The n rightmost roots of det characteristic(s) = 0, by falling real part, with multiplicity.
 
     One more is given where the nth would be split from its conjugate; fewer where the system has
-    no more. Simple roots are right to about 1e-12 relative; of m roots in one place each is known
-    to ε^{1/m} only, whatever the method (1e-8 for a double root, 2e-3 for a sixfold one), as
-    rounding the coefficients by ε parts them so far; their mean is better, and stands for all.
+    no more. A neutral loop has chains of infinitely many roots that tend to a line, often without a
+    rightmost one: of those the list holds what lies right of the line
+    (`neutral.DifferenceOperator.spectral_abscissa`), then the slowest that is about as far right as
+    any, then low frequencies first.
+
+    Simple roots are right to about 1e-12 relative. Of m roots in one place each is known to ε^{1/m}
+    only, whatever the method (1e-8 for a double root, 2e-3 for a sixfold one), as rounding the
+    coefficients by ε parts them so far; their mean is better, and stands for all.
     """
     _check_number(n)
     system = delays_in_loops(system)
     if not system.delays:
         found = distinct(system, *polished(system, np.linalg.eigvals(system.A).astype(complex)))
-        return _first(found, n)
+        return first(found, n)
     # With the longest delay as the unit of time nothing depends on the user's units.
     unit = float(max(system.delays))
     system = system.scaled(unit)
+    operator = DifferenceOperator.of(system)
     roots = np.zeros(0, complex)
     for nodes in (20 + 3 * n, 40 + 6 * n, 80 + 12 * n):
-        starts = _ordered(candidates(system, nodes))[: 4 * n + 12 + 2 * len(system.A)]
-        roots = distinct(system, *polished(system, starts))
+        starts = candidates(system, nodes)
+        if operator.is_identity:
+            starts = starts[np.argsort(-starts.real)][: 2 * n + 8 + 2 * len(system.A)]
+            roots = distinct(system, *polished(system, starts))
+        else:
+            roots = _beside_chains(system, operator, starts[starts.imag < 0.8 * nodes], n)
         if len(roots) >= n or len(system.A) == 0:
             break
-    return _first(roots, n) / unit
+    return first(roots, n) / unit
+
+
+NEAR = 0.02  #: over the longest delay: roots this near to the rightmost show where a chain is
+
+
+def _beside_chains(
+    system: DelaySystem, operator: DifferenceOperator, starts: Complex, n: int
+) -> Complex:
+    """n roots of a neutral loop: those right of the line that its chains tend to, then low ones.
+
+    Of a chain, which has no rightmost root or none of low frequency, the slowest root that is as
+    far right as any seen comes first, and the rest by frequency.
+    """
+    line = operator.spectral_abscissa()
+    far = operator.zeros_near(line)
+    starts = np.concatenate([starts, far[far.imag >= 0]])
+    roots = distinct(system, *polished(system, starts))
+    roots = roots[roots.imag >= 0]
+    right = roots.real > line + 1e-9 * (1 + abs(line))
+    rest = roots[~right]
+    shows = rest.real > rest.real.max(initial=-np.inf) - NEAR
+    left = rest.real < line - 2
+    rank = np.where(shows & (np.abs(rest) == np.abs(rest[shows]).min(initial=np.inf)), 0, 1 + left)
+    rest = rest[np.lexsort((rest.imag, rank))]
+    out: list[complex] = []
+    for root in [*ordered(roots[right]), *rest]:
+        if len(out) >= n:
+            break
+        out += [root, root.conjugate()] if root.imag else [root]
+    return np.array(out, complex)
 
 
 def _check_number(n: object) -> None:
@@ -67,20 +108,20 @@ def poles(system: DelaySystem, n: int) -> Complex:
         missing = min(n, len(roots)) - len(shown)
         # Of a channel that is 0 for all s every root is hidden, and there is no end of them.
         if missing <= 0 or len(roots) < n + hidden or hidden > 3 * n + MOST_HIDDEN:
-            return _first(shown, n)
+            return first(shown, n)
         hidden += missing
 
 
-def _ordered(roots: Complex) -> Complex:
-    return roots[np.lexsort((roots.imag, np.abs(roots.imag).round(9), -roots.real.round(9)))]
+def ordered(roots: Complex) -> Complex:
+    """Roots by falling real part, conjugates together."""
+    return roots[np.lexsort((roots.imag, np.abs(roots.imag), -roots.real))]
 
 
-def _first(roots: Complex, n: int) -> Complex:
-    roots = _ordered(roots)
-    if 0 < n < len(roots) and roots[n - 1].imag < 0:
-        pair = np.abs(roots[n] - roots[n - 1].conj()) < 1e-6 * (1 + np.abs(roots[n]))
-        n += int(pair)
-    return roots[:n]
+def first(roots: Complex, n: int) -> Complex:
+    """The first n of the ordered roots; one more where a pair would be split."""
+    roots = ordered(roots)
+    below, above = (roots[:n].imag < 0).sum(), (roots[:n].imag > 0).sum()
+    return roots[: n + int(below != above and n < len(roots))]
 
 
 #: delays times roots beyond which their matrix, of 12 times that, takes minutes and gigabytes

@@ -50,7 +50,7 @@ def _excited_and_shown(system: DelaySystem, root: complex) -> bool:
     left, right = _ends(system, s)
     lag = 1 + abs(root) * float(system.tau.max(initial=0.0))
     with np.errstate(all="ignore"):
-        return _differs(matrix, slope, size, left, 1.0) and _differs(
+        return _differs(matrix, slope, size, left.astype(complex), 1.0) and _differs(
             matrix.T, slope.T, size.T, right[0], lag
         )
 
@@ -96,7 +96,7 @@ def _null_vector(matrix: Complex, size: Array) -> Complex:
 
 
 def _order(system: DelaySystem, root: complex, most: int, gap: float) -> int:
-    """The order of a pole, from H on a circle round it: aₖ, the coefficient of (s − root)^−(k+1)."""
+    """The order of a pole, from H on a circle: aₖ belongs to (s − root)^−(k+1)."""
     radius = min(0.3 * gap, 0.3 * max(abs(root), rate_of(system)))
     turn = np.exp(2j * np.pi * (np.arange(32) + 0.5) / 32)
     s = root + radius * turn
