@@ -60,8 +60,8 @@ def bent_transfer(monkeypatch):
 
 
 def bent_roots(monkeypatch):
-    right = rightmost.rightmost
-    monkeypatch.setattr(system.rightmost, "rightmost", lambda *given: right(*given) * (1 + 1e-4))
+    right = rightmost.poles
+    monkeypatch.setattr(crosscheck.rightmost, "poles", lambda *given: right(*given) * (1 + 1e-4))
 
 
 def bent_pade(monkeypatch):

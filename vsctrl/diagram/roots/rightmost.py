@@ -33,10 +33,14 @@ def rightmost(system: DelaySystem, n: int) -> Complex:
     coefficients by ε parts them so far; their mean is better, and stands for all.
     """
     _check_number(n)
+    return first(_found(system, n), n)
+
+
+def _found(system: DelaySystem, n: int) -> Complex:
+    """The n rightmost roots (rad/s) and what else was found, in order."""
     system = delays_in_loops(system)
     if not system.delays:
-        found = distinct(system, *polished(system, np.linalg.eigvals(system.A).astype(complex)))
-        return first(found, n)
+        return ordered(distinct(system, *polished(system, candidates(system, 0))))
     # With the longest delay as the unit of time nothing depends on the user's units.
     unit = float(max(system.delays))
     system = system.scaled(unit)
@@ -51,7 +55,7 @@ def rightmost(system: DelaySystem, n: int) -> Complex:
             roots = _beside_chains(system, operator, starts[starts.imag < 0.8 * nodes], n)
         if len(roots) >= n or len(system.A) == 0:
             break
-    return first(roots, n) / unit
+    return ordered(roots) / unit
 
 
 NEAR = 0.02  #: over the longest delay: roots this near to the rightmost show where a chain is
@@ -78,7 +82,7 @@ def _beside_chains(
     rest = rest[np.lexsort((rest.imag, rank))]
     out: list[complex] = []
     for root in [*ordered(roots[right]), *rest]:
-        if len(out) >= n:
+        if len(out) >= n and root != out[-1].conjugate() and root != out[-1]:
             break
         out += [root, root.conjugate()] if root.imag else [root]
     return np.array(out, complex)
@@ -103,8 +107,12 @@ def poles(system: DelaySystem, n: int) -> Complex:
     _check_number(n)
     hidden = 0
     while True:
-        roots = rightmost(system, n + hidden)
-        shown = as_poles(system, roots)
+        every = roots = _found(system, n + hidden)
+        asked = first(every, n + hidden)
+        # A multiple root is judged whole.
+        if len(asked):
+            roots = roots[: len(asked) + int((roots[len(asked) :] == asked[-1]).sum())]
+        shown = as_poles(system, roots, every)
         missing = min(n, len(roots)) - len(shown)
         # Of a channel that is 0 for all s every root is hidden, and there is no end of them.
         if missing <= 0 or len(roots) < n + hidden or hidden > 3 * n + MOST_HIDDEN:
@@ -120,8 +128,9 @@ def ordered(roots: Complex) -> Complex:
 def first(roots: Complex, n: int) -> Complex:
     """The first n of the ordered roots; one more where a pair would be split."""
     roots = ordered(roots)
-    below, above = (roots[:n].imag < 0).sum(), (roots[:n].imag > 0).sum()
-    return roots[: n + int(below != above and n < len(roots))]
+    while n < len(roots) and np.sign(roots[:n].imag).sum():
+        n += 1
+    return roots[:n]
 
 
 #: delays times roots beyond which their matrix, of 12 times that, takes minutes and gigabytes

@@ -18,8 +18,11 @@ from vsctrl.diagram.roots.newton import EPS, rate_of
 SAFE = 50.0  #: times what rounding explains, below which a product of vectors is 0
 
 
-def as_poles(system: DelaySystem, roots: Complex) -> Complex:
-    """The roots that are poles of the one-input, one-output system, as often as their order."""
+def as_poles(system: DelaySystem, roots: Complex, every: Complex) -> Complex:
+    """The roots that are poles of the one-input, one-output system, as often as their order.
+
+    `every` holds all that are known, which circles round some of them are to keep clear of.
+    """
     distinct = np.unique(roots)
     out: list[complex] = []
     for root in distinct:
@@ -27,7 +30,7 @@ def as_poles(system: DelaySystem, roots: Complex) -> Complex:
         if times == 1:
             order = int(_excited_and_shown(system, complex(root)))
         else:
-            gap = float(np.abs(distinct - root)[distinct != root].min(initial=np.inf))
+            gap = float(np.abs(every - root)[every != root].min(initial=np.inf))
             order = _order(system, complex(root), times, gap)
         out += [complex(root)] * order
     return np.array(out, complex)
