@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 from oracles.delay import WORKING, figure1
 
-from vsctrl.diagram import Block, Diagram, Sum, system
+from vsctrl.diagram import Block, Diagram, Sum
 from vsctrl.diagram.consistency import crosscheck
 from vsctrl.diagram.pade import approximant
 from vsctrl.diagram.realisation.delay_system import DelaySystem
