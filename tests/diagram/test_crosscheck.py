@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 from oracles.delay import WORKING, figure1
 
-from vsctrl.diagram import Block, Diagram, Sum, system
+from vsctrl.diagram import Block, Diagram, Sum
 from vsctrl.diagram.consistency import crosscheck
 from vsctrl.diagram.pade import approximant
 from vsctrl.diagram.realisation.delay_system import DelaySystem
@@ -60,8 +60,8 @@ def bent_transfer(monkeypatch):
 
 
 def bent_roots(monkeypatch):
-    right = rightmost.rightmost
-    monkeypatch.setattr(system.rightmost, "rightmost", lambda *given: right(*given) * (1 + 1e-4))
+    right = rightmost.poles
+    monkeypatch.setattr(crosscheck.rightmost, "poles", lambda *given: right(*given) * (1 + 1e-4))
 
 
 def bent_pade(monkeypatch):

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from sympy import Add, expand
 
 from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.consistency import sampled_limit
@@ -23,7 +24,7 @@ from vsctrl.diagram.roots import rightmost
 from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.time import collocation
 from vsctrl.errors import ImproperError, InputError, LimitError
-from vsctrl.symbols import s
+from vsctrl.symbols import Expr, s
 from vsctrl.tables import Numbers, Printed, html, text
 
 LATE = 0.1  #: least of a transfer function that may be left when s is doubled
@@ -173,23 +174,29 @@ def _sampled(channel: NumericChannel, name: str) -> list[Check]:
 
 
 def _roots(channel: NumericChannel, name: str) -> Check:
-    """Each pole against the symbolic denominator D: its distance from a zero of D.
+    """Each pole against the symbolic denominator D: D⁽ᵏ⁾ beside what its terms add up to.
 
-    That is |D/D'|, or √|2D/D''| beside a double zero, where D' is rounding too.
+    A pole listed m times is a zero of D, …, D⁽ᵐ⁻¹⁾, so that different poles taken for a multiple
+    one show; rounding of the coefficients moves D by ε of the sum of its terms' moduli.
     """
     poles = rightmost.poles(channel.realisation, 4)
     below = channel.system.transfer(channel.source, channel.target).as_numer_denom()[1]
-    forms = [below, below.diff(s), below.diff(s, 2)]
-    unit = _unit(channel)
-    steps = []
-    for pole in poles:
-        value, slope, bend = (abs(complex(f.subs(s, complex(pole)).evalf(30))) for f in forms)
-        single = value / slope if slope else math.inf
-        double = math.sqrt(2 * value / bend) if bend else math.inf
-        steps.append(min(single, double) / (abs(pole) + 1 / unit) if value else 0.0)
-    # √ε is what a double root can be known to.
+    worst = 0.0
+    for pole in np.unique(poles):
+        size, derivative, factor = _terms(below, complex(pole)), below, 1.0
+        for k in range(int((poles == pole).sum())):
+            value = abs(complex(derivative.subs(s, complex(pole)).evalf(30))) * factor
+            # D is moved by ε^{(m − k)/m} of its size over a length of the order of |s|.
+            worst = max(worst, value / (size + TINY))
+            derivative, factor = derivative.diff(s), factor * abs(pole) / (k + 1)
     note = "" if len(poles) else "no poles"
-    return Check(name, "poles against symbolic denominator", max(steps, default=0.0), 1e-7, note)
+    return Check(name, "poles against symbolic denominator", worst, 1e-9, note)
+
+
+def _terms(expr: Expr, at: complex) -> float:
+    """The sum of the moduli of a sum's terms at a point."""
+    terms = Add.make_args(expand(expr))
+    return float(sum(abs(complex(term.subs(s, at).evalf(15))) for term in terms))
 
 
 def _unit(channel: NumericChannel) -> float:

@@ -103,6 +103,16 @@ class DelaySystem(Caching):
         matrix = fixed + s[..., None, None] * unit - lag * delayed
         return np.asarray(matrix, complex), np.asarray(unit + lag * slope, complex)
 
+    def rounding(self, s: NDArray[np.complex128]) -> NDArray[np.float64]:
+        """Σ |terms| of each entry of `characteristic`, whose rounding is ε of that; same shape.
+
+        e^{−sτ} is known to ε (1 + |s| τ), as s τ is rounded.
+        """
+        tau, fixed, unit, delayed, _ = self._affine
+        size = np.abs(s)[..., None]
+        lag = (np.exp(-s.real[..., None] * tau) * (1 + size * tau))[..., None]
+        return np.asarray(np.abs(fixed) + size[..., None] * unit + lag * np.abs(delayed), float)
+
     def transfer(self, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """The p×r transfer matrix at each point `s` (rad/s), exact; (…, p, r)."""
         n, r, p = len(self.A), self.inputs, self.outputs
