@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from fractions import Fraction
 
 import numpy as np
@@ -9,10 +10,11 @@ from scipy.linalg import matrix_balance
 
 from vsctrl.arrays import Array
 from vsctrl.diagram.description.wiring import Wiring, resolve
-from vsctrl.diagram.realisation import descriptor
+from vsctrl.diagram.realisation import causality, descriptor, paths
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.reduction import pruned
 from vsctrl.diagram.symbolic.coefficients import BlockCoefficients
+from vsctrl.errors import InputError
 
 
 def realise(
@@ -27,44 +29,80 @@ def realise(
     Errors: `InputError` for a singular algebraic loop, an improper channel, a block without a
     finite or causal gain.
     """
-    form = _Assembly(diagram, blocks, sources)
+    kept = {block.output for block in diagram.blocks}
+    if sources and targets:  # rounding would couple what no signal reaches
+        kept = paths.between(diagram, sources, targets)
+    form = _Assembly(diagram, blocks, sources, kept)
     outputs = np.array([*(form.signal(name) for name in targets), *form.delayed])
     outputs = outputs.reshape(len(targets) + len(form.delayed), form.width)
-    reduced = descriptor.reduce(form.pencil(), outputs, [block.name for block in blocks])
-    system = descriptor.causal(reduced, tuple(form.delays), sources, targets)
+    reduced = descriptor.reduce(form.pencil(), outputs, form.names)
+    try:
+        system = causality.causal(reduced, tuple(form.delays), sources, targets)
+    except causality.AdvancedError as loop:
+        raise _advanced(diagram, blocks, {form.owners[j] for j in loop.channels}) from None
     whole = DelaySystem(*system)
     return _balanced(pruned(whole) if sources and targets else whole)
+
+
+def _advanced(diagram: Wiring, blocks: list[BlockCoefficients], late: Iterable[str]) -> InputError:
+    """The refusal of loops that differentiate their own past, through the outputs of `late`."""
+    improper = {block.name for block in blocks if block.improper}
+    inside = [block.name for block in paths.loops_through(diagram, late)]
+    named = [name for name in inside if name in improper] or inside
+    return InputError(
+        f"at: the loop through {', '.join(inside)} differentiates its own delayed output (an "
+        f"advanced equation); filter {' and '.join(map(repr, named))}, e.g. s/(1 + s/N) for s."
+    )
 
 
 class _Assembly:
     """All blocks side by side, wired: rows over the columns [X | a | u, w].
 
-    Block b holds ξ, ξ', …, ξ^(N−1) as states and a = ξ^(N) as an algebraic variable, with
-    den(d/dt) ξ = input and output = num(d/dt) ξ; a differentiator simply has N > deg den.
-    Each delayed sum of ξ's is one channel.
+    Each section of a block holds ξ, ξ', …, ξ^(N−1) as states and a = ξ^(N) as an algebraic
+    variable, with den(d/dt) ξ = input; a differentiator simply has N > deg den. The next section
+    of the block is fed ξ, and the block's output is the sum of num(d/dt) ξ over its sections.
+    Each delayed sum of ξ's is one channel. Blocks whose output is not in `kept` are left out.
     """
 
     def __init__(
-        self, diagram: Wiring, blocks: list[BlockCoefficients], sources: tuple[str, ...]
+        self,
+        diagram: Wiring,
+        blocks: list[BlockCoefficients],
+        sources: tuple[str, ...],
+        kept: set[str],
     ) -> None:
         self.diagram = diagram
-        self.orders = [max((k for k, _ in (*b.num, *b.den)), default=0) for b in blocks]
+        pairs = zip(diagram.blocks, blocks, strict=True)
+        chosen = [(block, b.sections) for block, b in pairs if block.output in kept]
+        sections = [section for _, own in chosen for section in own]
+        self.orders = [max((k for side in pair for k, _ in side), default=0) for pair in sections]
         self.starts = np.concatenate([[0], np.cumsum(self.orders)]).astype(int)
-        self.states, self.blocks = int(self.starts[-1]), len(blocks)
-        channels = [len({tau for _, tau in side} - {0}) for b in blocks for side in (b.num, b.den)]
+        self.states, self.sections = int(self.starts[-1]), len(sections)
+        channels = [len({tau for _, tau in side} - {0}) for pair in sections for side in pair]
         #: the first column of u, and the first of w
-        self.u, self.w = self.states + self.blocks, self.states + self.blocks + len(sources)
+        self.u = self.states + self.sections
+        self.w = self.u + len(sources)
         self.width = self.w + sum(channels)
         self.delays: list[Fraction] = []
         self.delayed: list[Array] = []
+        self.owners: list[str] = []  #: the output of the block that each delay channel is of
+        self.names = [block.name for block, own in chosen for _ in own]  #: of each section's block
         self.out = {name: np.eye(1, self.width, self.u + j)[0] for j, name in enumerate(sources)}
-        inner = []
-        for i, (b, block) in enumerate(zip(blocks, diagram.blocks, strict=True)):
-            inner.append(self._combination(i, b.den))
-            self.out[block.output] = self._combination(i, b.num)
-        self.ties = np.zeros((self.blocks, self.width))
-        for i, block in enumerate(diagram.blocks):
-            self.ties[i] = inner[i] - self.signal(block.input)
+        self.ties = np.zeros((self.sections, self.width))
+        i = 0
+        for block, own in chosen:
+            self.out[block.output] = np.zeros(self.width)
+            for num, den in own:
+                self.ties[i] = self._combination(i, den)
+                self.out[block.output] += self._combination(i, num)
+                i += 1
+            self.owners += [block.output] * (len(self.delays) - len(self.owners))
+        i = 0
+        for block, own in chosen:
+            self.ties[i] -= self.signal(block.input)
+            for k in range(i + 1, i + len(own)):
+                self.ties[k, self._column(k - 1, 0)] -= 1.0
+            i += len(own)
 
     def pencil(self) -> descriptor.Pencil:
         """X' = (rows of X') · [X; a; U] and 0 = (rows of blocks) · [X; a; U]."""
@@ -72,7 +110,7 @@ class _Assembly:
         for i, order in enumerate(self.orders):
             for k in range(order):
                 slope[self.starts[i] + k, self._column(i, k + 1)] = 1.0
-        return descriptor.Pencil(slope, self.ties, self.states, self.blocks)
+        return descriptor.Pencil(slope, self.ties, self.states, self.sections)
 
     def signal(self, name: str) -> Array:
         """A signal of the diagram as a row over [X | a | u, w]; inputs not asked for are zero."""

@@ -16,6 +16,8 @@ from vsctrl.diagram.description.blocks import delay_symbol
 from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.errors import InputError
 
+Side = dict[tuple[int, Fraction], float]  #: (power of s, delay in seconds) → coefficient
+
 
 @dataclass(frozen=True)
 class BlockCoefficients:
@@ -24,6 +26,11 @@ class BlockCoefficients:
     name: str
     num: dict[tuple[int, Fraction], float]
     den: dict[tuple[int, Fraction], float]
+
+    @property
+    def sections(self) -> tuple[tuple[Side, Side], ...]:
+        """(num, den) of blocks in series whose outputs, num each, are added up."""
+        return ((self.num, self.den),)
 
     @property
     def delays(self) -> set[Fraction]:
