@@ -16,8 +16,8 @@ def between(diagram: Wiring, sources: Iterable[str], targets: Iterable[str]) -> 
     """The outputs of the blocks that some inputs reach and that reach some signals."""
     fed_by, feeds = _edges(diagram)
     ends = [leaf for name in targets for leaf in resolve(diagram, name)]
-    passed = set(reached(ends, fed_by.__getitem__)) & set(reached(sources, feeds.__getitem__))
-    return passed.intersection(block.output for block in diagram.blocks)
+    back, onward = reached(ends, fed_by.__getitem__), reached(sources, feeds.__getitem__)
+    return {block.output for block in diagram.blocks}.intersection(back, onward)
 
 
 def loops_through(diagram: Wiring, outputs: Iterable[str]) -> list[Block]:
@@ -25,8 +25,8 @@ def loops_through(diagram: Wiring, outputs: Iterable[str]) -> list[Block]:
     fed_by, feeds = _edges(diagram)
     inside: set[str] = set()
     for output in outputs:
-        after = reached(feeds[output], feeds.__getitem__)
-        inside |= set(after) & set(reached([output], fed_by.__getitem__))
+        before = reached([output], fed_by.__getitem__)
+        inside.update(name for name in reached(feeds[output], feeds.__getitem__) if name in before)
     return [block for block in diagram.blocks if block.output in inside]
 
 
