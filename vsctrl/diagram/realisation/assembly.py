@@ -59,8 +59,8 @@ class _Assembly:
     """All blocks side by side, wired: rows over the columns [X | a | u, w].
 
     Each section of a block holds ξ, ξ', …, ξ^(N−1) as states and a = ξ^(N) as an algebraic
-    variable, with den(d/dt) ξ = input; a differentiator simply has N > deg den. The next section
-    of the block is fed ξ, and the block's output is the sum of num(d/dt) ξ over its sections.
+    variable, with den(d/dt) ξ = input and output = num(d/dt) ξ, which the next section is fed; a
+    differentiator simply has N > deg den.
     Each delayed sum of ξ's is one channel. Blocks whose output is not in `kept` are left out.
     """
 
@@ -91,17 +91,16 @@ class _Assembly:
         self.ties = np.zeros((self.sections, self.width))
         i = 0
         for block, own in chosen:
-            self.out[block.output] = np.zeros(self.width)
-            for num, den in own:
+            for k, (num, den) in enumerate(own):
                 self.ties[i] = self._combination(i, den)
-                self.out[block.output] += self._combination(i, num)
+                if k:
+                    self.ties[i] -= self.out[block.output]
+                self.out[block.output] = self._combination(i, num)
                 i += 1
             self.owners += [block.output] * (len(self.delays) - len(self.owners))
         i = 0
         for block, own in chosen:
             self.ties[i] -= self.signal(block.input)
-            for k in range(i + 1, i + len(own)):
-                self.ties[k, self._column(k - 1, 0)] -= 1.0
             i += len(own)
 
     def pencil(self) -> descriptor.Pencil:
