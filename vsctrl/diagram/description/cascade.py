@@ -127,9 +127,9 @@ def _real_factors(poly: sp.Poly) -> list[sp.Poly]:
 def _place(factor: sp.Poly, stages: list[_Stage]) -> None:
     """Multiply a factor of the numerator to a stage that has room, or to two that become one."""
     roomy = [stage for stage in stages if stage.room >= factor.degree()]
-    if not roomy and len(stages) > 1:
-        stages.sort(key=lambda stage: stage.room)
-        one, other = stages.pop(), stages.pop()
+    stages.sort(key=lambda stage: stage.room)
+    if not roomy and sum(stage.room for stage in stages[-2:]) >= factor.degree():
+        other, one = stages.pop(), stages.pop()
         roomy = [_Stage(one.num * other.num, one.den * other.den)]
         stages += roomy
     stage = min(roomy or stages, key=lambda stage: stage.room)
