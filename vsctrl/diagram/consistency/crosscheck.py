@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 
 from vsctrl.arrays import Array, Complex
-from vsctrl.diagram.consistency import sampled_limit
+from vsctrl.diagram.consistency import hidden_copies, sampled_limit
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade import order as pade_order
 from vsctrl.diagram.pade.approximant import SingularLoopError
@@ -79,7 +79,10 @@ def crosscheck(system: Numeric) -> CrossCheck:
     """Hold all faces of every channel from an input to an output to each other."""
     pairs = product(system.diagram.inputs, system.diagram.outputs)
     channels = [NumericChannel(system, *pair) for pair in pairs]
-    return CrossCheck(tuple(check for channel in channels for check in _channel(channel)))
+    lines = [check for channel in channels for check in _channel(channel)]
+    notes = [copied.sentence for copied in hidden_copies.unstable_copies(system)]
+    lines += [Check("whole diagram", "hidden unstable copies", 0.0, 0.0, note) for note in notes]
+    return CrossCheck(tuple(lines))
 
 
 def _channel(channel: NumericChannel) -> list[Check]:

@@ -135,9 +135,13 @@ class Block:
 
 @dataclass(frozen=True)
 class Subdiagram(Block):
-    """A block that is a diagram; `parts` are what is in it, wired to what is around it."""
+    """A block that is a diagram; `parts` are what is in it, wired to what is around it.
+
+    `inner_names` maps its further inputs and outputs to what they are called inside.
+    """
 
     parts: tuple[Any, ...] = ()
+    inner_names: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
 
 
 Part = Block | Sum

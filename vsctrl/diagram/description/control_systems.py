@@ -32,8 +32,11 @@ def expression(value: Any, name: str) -> Any:
         )
     if value.ninputs != 1 or value.noutputs != 1:
         raise InputError(
-            f"Block {name!r}: the system has {value.ninputs} inputs and {value.noutputs} outputs; "
-            "give each channel a Block of its own, like system[0, 1]."
+            f"Block {name!r}: the system has {value.ninputs} inputs and {value.noutputs} outputs, "
+            "and a block has one of each. Wire its equations from integrators and gains, which "
+            "share its states. A Block for each channel, like system[0, 1], holds a copy of all "
+            "states, and copies of an unstable one part: no feedback keeps them together. Where "
+            "the system is stable, blocks for its channels are right."
         )
     if value.dt:
         raise InputError(
