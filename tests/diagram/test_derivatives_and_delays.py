@@ -100,6 +100,16 @@ def test_the_channels_of_such_a_loop_pass_their_own_checks_and_share_their_poles
     )
 
 
+@pytest.mark.parametrize("second", [Rational(1, 10**9), Rational(1, 10**4), 1, 10**6])
+@pytest.mark.parametrize("gain", [Rational(1, 10**8), 1, 10**5])
+def test_neither_the_unit_of_time_nor_that_of_a_signal_decides_what_is_a_derivative(second, gain):
+    """A PD controller in nanoseconds, or one from metres to newtons, is a PD controller."""
+    pd = gain * (1 + Rational("0.36") * s * second) / 2
+    for chain in permutations([pd, 1 / (1 + s * second) / gain, exp(-s * second / 2)]):
+        y = loop(chain)["r", "y"].response(Step(), 1.1 * float(second) * np.ones(1)).outputs
+        assert y[0] == pytest.approx(0.28053843377522, rel=1e-12)
+
+
 def test_an_advanced_loop_is_refused_by_the_names_of_its_blocks():
     """x = PD(r − y), y = x(t − τ) and no lag: each pass differentiates once more."""
     parts = [
