@@ -33,10 +33,9 @@ def expression(value: Any, name: str) -> Any:
     if value.ninputs != 1 or value.noutputs != 1:
         raise InputError(
             f"Block {name!r}: the system has {value.ninputs} inputs and {value.noutputs} outputs, "
-            "and a block has one of each. Wire its equations from integrators and gains, which "
-            "share its states. A Block for each channel, like system[0, 1], holds a copy of all "
-            "states, and copies of an unstable one part: no feedback keeps them together. Where "
-            "the system is stable, blocks for its channels are right."
+            "and a block has one of each; wire its equations from integrators and gains, which "
+            "share its states. Blocks for its channels, like system[0, 1], hold a copy of all "
+            "states each, and copies of an unstable one part, whatever is fed back."
         )
     if value.dt:
         raise InputError(
