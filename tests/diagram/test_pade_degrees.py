@@ -74,3 +74,20 @@ def test_a_loop_of_gain_one_has_no_solution_where_its_model_passes_one(sign, sin
     for order in (solvable + 6, (4, 5)):
         assert complex(H.pade(order)(w)) == pytest.approx(complex(H(w)), rel=1e-6)
     assert system.check().passed
+
+
+def test_two_loops_that_no_all_pass_fits_are_checked_with_models_of_lower_numerator():
+    """One loop is singular with models of odd order, the other with those of even order."""
+    parts = [
+        Sum("e = r - y"),
+        Block("late", exp(-s / 10), "e -> y"),
+        Sum("f = y + z"),
+        Block("later", exp(-s / 5), "f -> z"),
+    ]
+    system = Diagram(parts, ["r"], ["z"]).at()
+    for order in (3, 4):
+        with pytest.raises(InputError, match="algebraic and singular"):
+            system["r", "z"].pade(order)
+    assert any("Padé (7, 8)" in line.faces for line in system.check().lines)
+    with pytest.raises(InputError, match="algebraic and singular"):
+        system["r", "z"].pade(tol=0.1)

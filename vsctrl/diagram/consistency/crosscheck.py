@@ -170,8 +170,8 @@ def _pade(channel: NumericChannel, name: str, points: Complex) -> list[Check]:
     reference = channel(low)
     try:
         models = [pade_order.model(channel, order, None, None) for order in (4, 8)]
-    except SingularLoopError:  # which models of odd order then do not have
-        models = [pade_order.model(channel, order, None, None) for order in (5, 9)]
+    except SingularLoopError:  # which models that let nothing through at once never have
+        models = [pade_order.model(channel, (n - 1, n), None, None) for n in (4, 8)]
     errors = [_largest(np.array([m(point) for point in low]) - reference, 1.0) for m in models]
     size = 1 + float(np.abs(reference).max())
     return [

@@ -94,20 +94,22 @@ def _smallest(
 
     After it the order of least error, that error, and of what it is.
     """
-    best, least, worst, singular = 0, math.inf, "", None
+    best, least, worst = 0, math.inf, ""
     for n in range(1, MOST + 1):
         try:
             candidate = _of_order(channel, (n, n), band)
-        except SingularLoopError as refused:
-            singular = refused
+        except SingularLoopError:
             continue
         error, which = judge(candidate)
         if error <= bound:
             return candidate, n, error, which
         if error < least or not best:
             best, least, worst = n, error, which
-    if not best and singular is not None:
-        raise singular
+    if not best:
+        raise InputError(
+            "pade: with models of equal degrees, of any order, a loop becomes algebraic and "
+            "singular; give order=(3, 4), the degrees of numerator and denominator."
+        )
     return None, best, least, worst
 
 
