@@ -10,9 +10,17 @@ import uuid
 from collections.abc import Mapping
 from pathlib import Path
 
+from vsctrl.checks import quoted
 from vsctrl.errors import InputError
 
 Content = str | bytes
+
+
+def as_path(name: str, value: object) -> Path:
+    """The path that somebody gave as text or as a Path. Raises InputError for anything else."""
+    if not isinstance(value, str | os.PathLike):
+        raise InputError(f"{name}: {quoted(value)} is no path; give the name of a file or folder.")
+    return Path(os.fsdecode(value))
 
 
 def read_bytes(path: Path, kind: str = "file") -> bytes:

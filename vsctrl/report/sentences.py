@@ -106,7 +106,7 @@ def _late(scenario: Scenario) -> str:
 def _hidden(result: LoopReport) -> str:
     """That the law does not see its error, where that is so; else empty."""
     run = result.with_feedforward
-    if not run.status.ok or result.scenario.law.placement != "measurement":
+    if not run.status.complete or result.scenario.law.placement != "measurement":
         return ""
     changes = bool(result.comparison.histories)
     true, seen = (_size_in_image(run, e, changes) for e in ("error", "measured_error"))

@@ -34,7 +34,7 @@ def latency(scenario: Scenario) -> int:
 def possible(scenario: Scenario) -> None:
     """Errors: `InputError` where the law cannot tell all motions apart even at the start."""
     status = run(scenario, 1, kind="hold").status
-    if not status.ok:
+    if not status.complete:
         raise InputError(f"{scenario.name}: no experiment can be made here. {status.sentence}")
 
 

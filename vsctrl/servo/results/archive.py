@@ -172,8 +172,8 @@ class _File:
 
     def check_end(self, status: Status, frames: int, scenario: Scenario) -> None:
         """A run keeps the frame that it failed in only where that had an image and a command."""
-        kept = status.frame + (status.ok or status.kind in SEEN)
-        if frames != kept or (status.ok and status.frame != scenario.frames):
+        kept = status.frame + (status.complete or status.kind in SEEN)
+        if frames != kept or (status.complete and status.frame != scenario.frames):
             self.refuse(
                 f"{frames} frames of {scenario.frames + 1} do not go with the status "
                 f'"{status.kind}" at frame {status.frame}; {_AGAIN}'

@@ -126,7 +126,7 @@ class Outcome(Printed):
             f"{self.name} ({self.digest}), {self.frames} frames to t = {self.end:g} s",
             self.status.sentence,
             *(event.sentence for event in self.events),
-            *([UNSTEADY] if self.status.ok and not self.settled else []),
+            *([UNSTEADY] if self.status.complete and not self.settled else []),
             "",
             f"{'':<28}{'at the end':>14}    last quarter",
         ]
@@ -185,7 +185,7 @@ def outcome(run: Frames) -> Outcome:
         visible=int(run.visible.sum(axis=1).min()),
         points=run.visible.shape[1],
         reach=_reach(run),
-        settled=run.status.ok and _settled(distance(run)),
+        settled=run.status.complete and _settled(distance(run)),
     )
 
 
@@ -267,7 +267,7 @@ def _settled(distances: Array) -> bool:
 
 def _end_and_mean(run: Frames, values: Array) -> EndAndMean:
     final = float(values[-1])
-    if not run.status.ok:
+    if not run.status.complete:
         return EndAndMean(final, None, None)
     last = values[-max(1, round(LAST * len(values))) :]
     low, high = float(last.min()), float(last.max())
