@@ -23,7 +23,7 @@ from vsctrl.arrays import Array
 def adaptive(lam: float, lam_zero: float, slope: float, size: float) -> float:
     """``λ(x) = (λ₀ − λ) exp(−λ'₀ x/(λ₀ − λ)) + λ``: λ₀ at no error, λ at a great one.
 
-    lam, lam_zero: s⁻¹; slope: λ'₀ > 0, s⁻¹ per unit of x; size: x, the greatest |e| (px for points).
+    lam, lam_zero: s⁻¹; slope: λ'₀ > 0, s⁻¹ per unit of x; size: x, the greatest |e|, px for points.
     """
     span = lam_zero - lam
     return span * math.exp(-slope / span * size) + lam

@@ -20,6 +20,7 @@ from vsctrl.servo.scenario.types import (
     Number,
     Points,
     Positive,
+    Seconds,
     Share,
     Twist,
     Vector3,
@@ -98,8 +99,8 @@ class LawTable(Table):
     )
     lam_slope: MaybePositive = Field(
         None,
-        description="how fast it falls at no error, 1/s per unit of the greatest |e|: px for points "
-        "(ViSP's slope is per unit of |L⁺e|, m/s and rad/s: its 30 would be a jump here)",
+        description="how fast it falls at no error, 1/s per unit of the greatest |e|, px for "
+        "points; that of ViSP is per m and rad of L⁺e, and no number for here",
     )
     smooth: MaybePositive = Field(
         None, description="rate at which the first error e(0) is let in, 1/s (smooth start)"

@@ -11,10 +11,10 @@ from pydantic import Field
 from vsctrl.servo.scenario.tables import Problem, Table
 from vsctrl.servo.scenario.types import (
     CHOICE,
-    MaybeSeconds,
     MaybeNumber,
     MaybePositive,
     MaybePositives,
+    MaybeSeconds,
     MaybeTwist,
     Positive,
     Seconds,
