@@ -2,13 +2,15 @@
 
 import numpy as np
 
+from vsctrl.arrays import Array
 from vsctrl.servo.diagnosis.linearised import pull
 from vsctrl.servo.diagnosis.trials import ARRIVED, Trials, lag_sizes
+from vsctrl.servo.pose import inverse
 from vsctrl.servo.results.frames import Frames
 
-# The last part of a run is a quarter of it; between its halves a lag that is the same, or a mean
-# distance that is no smaller, differs by less than this share.
-LAST, SAME = 4, 0.02
+# The last part of a run is a quarter of it; between its halves a lag that is the same differs by
+# less than the one share, and a mean distance that is on its way to nothing by more than the other.
+LAST, SAME, NEARER = 4, 0.02, 0.1
 # A run of fewer time constants 1/λ was too short to come to its reference.
 CONSTANTS = 5.0
 # Time constants of the loop in that part: one that only is slow would come nearer by a third.
@@ -19,13 +21,20 @@ OWN = 0.5
 
 
 def far(run: Frames) -> bool:
-    """Whether the last part of a run was spent away from the reference, and no nearer at last."""
+    """Whether the last part of a run was spent away from its reference, and hardly nearer."""
     size, half = lag_sizes(run), len(run.t) // LAST // 2
     if not half or run.scenario.law.lam * run.t[-1] < CONSTANTS:
         return False
     if not size[-2 * half :].mean() > ARRIVED:
         return False
-    return bool(size[-half:].mean() > (1 - SAME) * size[-2 * half : -half].mean())
+    return bool(size[-half:].mean() > (1 - NEARER) * size[-2 * half : -half].mean())
+
+
+def strays(run: Frames) -> bool:
+    """Whether a run that never told all motions apart is away at last, on its way to nowhere."""
+    blind = any(e.kind == "rank loss" and e.frames == len(run.t) for e in run.events)
+    last = max(1, len(run.t) // LAST)
+    return blind and bool(lag_sizes(run)[-last:].mean() > ARRIVED)
 
 
 def rests(run: Frames) -> bool:
@@ -57,10 +66,16 @@ def beside(run: Frames, held: bool, trials: Trials) -> bool:
     return own is not None and own < OWN * mean
 
 
-def _mean_lags(run: Frames) -> tuple[np.ndarray, np.ndarray]:
-    """Mean lag of both halves of the last part, (6,) each, lengths as shares of the depth."""
+def _mean_lags(run: Frames) -> tuple[Array, Array]:
+    """Mean lag of both halves of the last part, (12,) each, lengths as shares of the depth.
+
+    ``(R − I)/√2`` stands for the angle, 2 sin(θ/2) of it: where the camera is upside down the
+    rotation vector jumps from πu to −πu, and its mean is nothing.
+    """
     half, depth = len(run.t) // LAST // 2, float(run.depths[0].mean())
-    lag = run.lag[-2 * half :] / ([depth] * 3 + [1.0] * 3)
+    moved = inverse(run.reference_pose[-2 * half :]) @ run.pose[-2 * half :]
+    turned = (moved[:, :3, :3] - np.eye(3)).reshape(-1, 9) / np.sqrt(2)
+    lag = np.concatenate([moved[:, :3, 3] / depth, turned], axis=1)
     return lag[:half].mean(axis=0), lag[half:].mean(axis=0)
 
 

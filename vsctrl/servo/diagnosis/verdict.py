@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from vsctrl.servo.diagnosis import causes
-from vsctrl.servo.diagnosis.rest import beside, far, rests
+from vsctrl.servo.diagnosis.rest import beside, far, rests, strays
 from vsctrl.servo.diagnosis.trials import Trials
 from vsctrl.servo.results.frames import Frames
 from vsctrl.servo.results.outcome import number
@@ -28,7 +28,7 @@ def explained(
     status, trials = run.status, Trials(run.scenario, simulate)
     with np.errstate(all="ignore"):
         if status.ok:
-            return _ended(run, held, trials) if far(run) else status
+            return _ended(run, held, trials) if far(run) or strays(run) else status
         cause = causes.of_the_loop(trials)
         why = cause.why if cause else ""
         if not why and status.kind != _OF_THE_ROBOT:
