@@ -10,7 +10,6 @@ import uuid
 from collections.abc import Mapping
 from pathlib import Path
 
-from vsctrl.checks import quoted
 from vsctrl.errors import InputError
 
 Content = str | bytes
@@ -19,6 +18,8 @@ Content = str | bytes
 def as_path(name: str, value: object) -> Path:
     """The path that somebody gave as text or as a Path. Raises InputError for anything else."""
     if not isinstance(value, str | os.PathLike):
+        from vsctrl.checks import quoted  # NumPy with it: not where no value is refused
+
         raise InputError(f"{name}: {quoted(value)} is no path; give the name of a file or folder.")
     return Path(os.fsdecode(value))
 

@@ -43,11 +43,14 @@ def simulate(scenario: Scenario) -> Run:
     Raises InputError for what is no Scenario.
     """
     require_scenario(scenario)
-    return _simulated(scenario, explain=True)
+    return simulated(scenario, explain=True)
 
 
-def _simulated(scenario: Scenario, *, explain: bool = False) -> Run:
-    """The run; explain: look for the cause of a failure, with runs of other scenarios."""
+def simulated(scenario: Scenario, *, explain: bool = False) -> Run:
+    """The run as ``simulate`` has it; explain: look for causes, with runs of other scenarios.
+
+    Without them it is for those who run a loop that may be unstable many times.
+    """
     loop = _Loop(scenario)
     # Numbers that overflow are caught by the checks of every frame, in sentences.
     with np.errstate(all="ignore"):
@@ -57,7 +60,7 @@ def _simulated(scenario: Scenario, *, explain: bool = False) -> Run:
         )
     if not explain:
         return run
-    found = explained(run, loop.faults.happened, loop.carrier.held, _simulated)
+    found = explained(run, loop.faults.happened, loop.carrier.held, simulated)
     return run if found is run.status else replace(run, status=found)
 
 

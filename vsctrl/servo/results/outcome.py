@@ -199,9 +199,9 @@ def distance(run: Frames) -> Array:
 
 def notice(summary: Outcome) -> str:
     """One to three sentences on what a reader of the run's figure should see."""
+    parts = [UNSTEADY] if summary.status.complete and not summary.settled else []
     if not summary.status.ok:
-        return summary.status.sentence
-    parts = [] if summary.settled else [UNSTEADY]
+        return " ".join([summary.status.sentence, *parts])
     if summary.along is None:
         parts.append(
             f"The camera ends {number(1e3 * summary.distance.final)} mm from its reference."
