@@ -325,3 +325,23 @@ def test_test_files_have_names_of_their_own():
     names = [p.name for p in files]
     assert "__init__.py" not in names
     assert len(names) == len(set(names))
+
+
+def test_what_keeps_results_leaves_them_behind_when_it_travels():
+    """Every class with a cached property is a `Caching`, of itself or by a base."""
+    bases: dict[str, set[str]] = {}
+    keeping: list[tuple[str, set[str]]] = []
+    for path in MODULES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                own = {ast.unparse(base) for base in node.bases}
+                bases[node.name] = bases.get(node.name, set()) | own
+                decorators = [d for f in node.body for d in getattr(f, "decorator_list", ())]
+                if any(ast.unparse(d).endswith("cached_property") for d in decorators):
+                    keeping.append((node.name, own))
+
+    def above(names: set[str]) -> set[str]:
+        return names.union(*(above(bases.get(name, set())) for name in names))
+
+    assert len(keeping) > 15
+    assert [name for name, own in keeping if "Caching" not in above(own)] == []

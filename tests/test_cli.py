@@ -1,23 +1,38 @@
 """The command line: what it prints where, its exit codes, and what it leaves behind."""
 
+import io
 import json
 import math
 import os
 import re
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import click
 import pytest
 from click.testing import CliRunner
+from effort import share
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.special import lambertw
 
+import vsctrl.report
 from vsctrl import __version__, paper
 from vsctrl.cli import main
 from vsctrl.servo import Scenario
 
 VSCTRL = Path(sys.executable).with_name("vsctrl")
+# What a command line is made of; the last ones are long to run, and not the matter here.
+WORDS = [
+    "loop", "derive", "scenario", "simulate", "report", "--gain", "2.5", "--delay", "0.08",
+    "--period", "0.04", "1e-9", "1e300", "1e-300", "--ratio", "--json", "--no-feedforward", "-h",
+    "point", "--emit", "c", "latex", "--pixels", "--list", "--ledger", "--schema", "sliding",
+    "wrong.toml", "missing.toml", "--out", "run.npz", "/dev/null", ".", "--plot", "--unknown", "",
+]  # fmt: skip
 HEAVY = ("sympy", "control", "matplotlib", "scipy", "numpy", "pydantic")
 
 
@@ -326,3 +341,162 @@ def test_a_computation_that_would_not_end_is_exit_code_1_and_a_sentence(monkeypa
     assert result.exit_code == 1 and result.stderr == (
         "vsctrl: margins: too many turns; shorten the delay.\n"
     )
+
+
+# Whatever the terminal, the file and the signal -------------------------------------------------
+TEXTS = {
+    "scenario": ["scenario"],
+    "schema": ["scenario", "--schema"],
+    "loop": ["loop", "--gain", "2.5", "--delay", "0.08", "--period", "0.04"],
+    "loop json": ["loop", "--gain", "2.5", "--delay", "0.08", "--json"],
+    "derive": ["derive", "line"],
+    "emit": ["derive", "point", "--emit", "c"],
+    "ledger": ["derive", "--ledger"],
+    "simulate": ["simulate"],
+}
+
+
+def printed(monkeypatch, encoding, *arguments):
+    """(exit code, the bytes of stdout) where stdout has an encoding, in this process."""
+    content = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(content, encoding=encoding))
+    with pytest.raises(SystemExit) as end:
+        main.main([*arguments], prog_name="vsctrl")
+    sys.stdout.flush()
+    return end.value.code, content.getvalue()
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "latin-1", "koi8-r", "ascii", "utf-16"])
+@pytest.mark.parametrize("command", TEXTS)
+def test_every_command_prints_in_every_encoding(monkeypatch, encoding, command):
+    """What programs read is UTF-8; what people read is spelt with the characters there are."""
+    code, output = printed(monkeypatch, encoding, *TEXTS[command])
+    assert code == 0
+    _, plain = printed(monkeypatch, "utf-8", *TEXTS[command])
+    if encoding in ("utf-16", "ascii"):  # ASCII is what a system says that tells of none: UTF-8
+        assert output.decode(encoding.replace("ascii", "utf-8")) == plain.decode()
+    elif command in ("loop", "derive", "ledger", "simulate"):
+        shown = output.decode(encoding)
+        assert len(shown.splitlines()) == len(plain.decode().splitlines())
+        assert "\\u" not in shown if command == "loop" else shown
+        assert command != "loop" or "lambda = 2.5 s" in shown
+    else:
+        assert output == plain
+
+
+def test_a_scenario_redirected_on_any_system_loads_again(monkeypatch, here):
+    _, output = printed(monkeypatch, "cp1252", "scenario", "rotation")
+    (here / "mine.toml").write_bytes(output)
+    assert Scenario.load("mine.toml") == paper.preset("rotation")
+
+
+def test_a_character_that_has_no_spelling_is_escaped(monkeypatch, here):
+    """Also of the user's own, and one that would steer the terminal is not let through."""
+    text = paper.sliding().with_(name="Ж \u4e2d \x1b[2J \x07 ½").to_toml()
+    (here / "mine.toml").write_text(text, encoding="utf-8")
+    code, output = printed(monkeypatch, "cp1252", "simulate", "mine.toml")
+    assert code == 0 and b"\\u0416 \\u4e2d" in output and "½".encode("cp1252") in output
+    assert b"\x1b" not in output and b"\x07" not in output
+
+
+def test_a_counter_that_cannot_be_written_stops_no_report(here, monkeypatch):
+    """On a full device; the report itself is not the matter here."""
+
+    def write_report(scenario, out, progress, **named):
+        for step in ("one", "two"):
+            progress(step)
+        (here / "made").touch()
+        return SimpleNamespace(
+            result=SimpleNamespace(comparison="t"), sentences=["s"], page="p", data="d"
+        )
+
+    monkeypatch.setattr(vsctrl.report, "write_report", write_report)
+    full = io.StringIO()
+    full.write = lambda text: Path("/no/such").touch()
+    monkeypatch.setattr(sys, "stderr", full)
+    code, output = printed(monkeypatch, "utf-8", "report")
+    assert code == 0 and output == b"t\n\ns\n\np\nd\n" and (here / "made").exists()
+
+
+@pytest.mark.parametrize("name", ["stdout", "stderr"])
+def test_a_stream_that_was_closed_leads_nowhere(monkeypatch, name):
+    monkeypatch.setattr(sys, name, None)
+    for arguments, code in ((["scenario"], 0), (["loop", "--gain", "0", "--delay", "1"], 2)):
+        with pytest.raises(SystemExit) as end:
+            main.main(arguments, prog_name="vsctrl")
+        assert end.value.code == code
+    getattr(sys, name).close()
+
+
+@pytest.mark.parametrize("name", ["SIGTERM"])
+def test_a_report_that_is_ended_by_a_signal_leaves_no_folder(here, name):
+    running = subprocess.Popen([VSCTRL, "report", "--out", "new/er"], stderr=subprocess.PIPE)
+    while not (here / "new" / "er").exists() and running.poll() is None:
+        time.sleep(0.02)
+    running.send_signal(getattr(signal, name))
+    said = running.communicate(timeout=60)[1]
+    assert running.returncode == 128 + getattr(signal, name) and b"Traceback" not in said
+    assert list(here.iterdir()) == []
+
+
+@pytest.mark.parametrize("kind", ["zero", "pipe", "large", "null", "memory"])
+def test_what_has_no_end_is_no_scenario(here, kind):
+    path = {"zero": Path("/dev/zero"), "null": Path("/dev/null")}.get(kind, here / "mine.toml")
+    if kind == "pipe":
+        os.mkfifo(path)
+    if kind == "large":
+        path.touch()
+        os.truncate(path, 3 << 30)  # a file of holes, which takes no room
+    if kind == "memory":
+        path.write_bytes(b"#" * 4_000_001)
+    result = call("report", path)
+    assert result.exit_code == 2 and isinstance(result.exception, SystemExit)
+    assert result.stderr.startswith(f"vsctrl: {path}: ") and len(result.stderr) < 3000
+    if kind in ("zero", "large", "memory"):
+        assert "more than 4 MB" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (".".join("a" * 1500) + " = 1", "more than 100 parts"),
+        ("[" + ".".join("a" * 150_000) + "]", "more than 100 parts"),
+        ("a = {" + ".".join("b" * 1500) + " = 1}", "more than 100 parts"),
+        ("a = " + "{b." * 3 + "c = " * 2, "TOML"),
+        ("a = {" + "b.b.b.b.b.b.b.b.b.b = {" * 90 + "}" * 91, "unknown key|nested"),
+        ("x" * 10_000 + " = 1", "unknown key"),
+        ('name = "' + "x" * 10_000, "TOML"),
+        ("camera = " + "9" * 5000, "TOML|number"),
+        ("[camera]\nFx = 0x" + "f" * 5000, "camera.Fx"),
+        ("\n".join(f"k{n} = 1" for n in range(3000)), r"3006 problems(.|\n)*and 2986 more"),
+    ],
+)
+def test_a_file_of_any_shape_is_refused_in_few_words(here, text, message):
+    Path("mine.toml").write_text(text)
+    result = call("simulate", "mine.toml")
+    assert result.exit_code == 2 and isinstance(result.exception, SystemExit), result.exception
+    assert re.search(message, result.stderr) and len(result.stderr) < 4000, result.stderr
+
+
+def test_lists_and_texts_full_of_points_are_no_keys(here):
+    dots = paper.sliding().with_(description="Slow. " * 300 + "." * 300).to_toml()
+    points = ",".join(f"[0.{n}, 1.5, 0.25]" for n in range(100, 300))
+    text = re.sub(r"points = \[.*?\n\]", f"points = [{points}]", dots, flags=re.DOTALL)
+    Path("mine.toml").write_text(f"# {'.' * 300}\n{text}")
+    assert len(Scenario.load("mine.toml").target.points) == 200
+
+
+@given(st.lists(st.sampled_from([*WORDS, "\x00", "-1", "nan", "1e400", "0x10", "٣", "9" * 5000])))
+@settings(max_examples=share(400), deadline=None)
+def test_no_arguments_end_in_anything_but_a_sentence(tmp_path_factory, arguments):
+    folder = tmp_path_factory.mktemp("any")
+    (folder / "wrong.toml").write_bytes(b"a = 1")
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        result = call(*arguments)
+    finally:
+        os.chdir(before)
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    assert result.exit_code in (0, 1, 2) and "Traceback" not in result.output
+    assert len(result.stderr) < 6000

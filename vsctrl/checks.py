@@ -14,7 +14,7 @@ from typing import Any, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, cut
 
 LONGEST = 60  #: characters of a value in a sentence
 
@@ -24,10 +24,11 @@ def quoted(value: object) -> str:
     if isinstance(value, np.generic):
         value = value.item()
     try:
-        text = " ".join(repr(value).split())
+        return cut(repr(value), LONGEST)
     except ValueError:  # an integer with more digits than Python prints
         return "a number of thousands of digits"
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 15]} … {text[-12:]}"
+    except RecursionError:
+        return f"a {type(value).__name__} nested hundreds of levels deep"
 
 
 def unusable(name: str, value: object, remedy: str) -> InputError:

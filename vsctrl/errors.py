@@ -7,6 +7,8 @@ the field, the value and the remedy. The command line prints it and ends with ex
 import difflib
 from collections.abc import Iterable
 
+FARTHEST = 100  #: characters of a name that could be meant for another
+
 
 class InputError(ValueError):
     """A value given by the user that cannot be used; the message says which, why and what to do."""
@@ -20,8 +22,16 @@ class LimitError(RuntimeError):
     """A computation that would not end; the message says how far it came and what to ask for."""
 
 
+def cut(text: str, longest: int) -> str:
+    """Text on one line, without its middle where it is longer than a sentence can take."""
+    text = " ".join(text.split())
+    return text if len(text) <= longest else f"{text[: longest - 15]} … {text[-12:]}"
+
+
 def nearest(name: object, known: Iterable[str]) -> str:
     """`` (did you mean 'lam'?)`` where a known name is close, whatever its case, else nothing."""
+    if len(str(name)) > FARTHEST:
+        return ""
     folded = {candidate.casefold(): candidate for candidate in known}
     close = difflib.get_close_matches(str(name).casefold(), folded, n=1, cutoff=0.5)
     return f" (did you mean {folded[close[0]]!r}?)" if close else ""

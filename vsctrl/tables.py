@@ -6,6 +6,7 @@ A table is rows of cells that are text already; how a number is written is each 
 from __future__ import annotations
 
 import math
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, is_dataclass
@@ -14,6 +15,9 @@ from typing import Any, Protocol
 
 Row = Sequence[str]
 
+# Control characters, halves of pairs and what is no character: XML knows none of them, or none
+# that a reader could see, and a terminal obeys some.
+_UNSEEN = re.compile("[^\t\n\r -~\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _LEFT, _TOP = " style='text-align:left'", " style='vertical-align:top'"
 
 
@@ -61,6 +65,16 @@ class Tables(Printed, ABC):
         return "".join([*parts, paragraphs(self._words())])
 
 
+def visible(text: str) -> str:
+    """The text with a sign in the place of each character that no page or picture can hold."""
+    return _UNSEEN.sub("\ufffd", text)
+
+
+def escaped(text: str) -> str:
+    """Text as character data of HTML and SVG."""
+    return escape(visible(text))
+
+
 def text(rows: Iterable[Row], form: str) -> str:
     """Rows as lines, whose cells `form` places, as "{:24}{:>9}  {}"; the last may be left out."""
     return "\n".join(form.format(*row, *[""] * form.count("{")).rstrip() for row in rows)
@@ -92,11 +106,11 @@ def html(
     def cells(row: Row, first: str, tag: str, left: int) -> str:
         tags = [first] + [tag] * (len(row) - 1)
         return "".join(
-            f"<{tag}{_LEFT * (column < left)}>{escape(cell).replace(chr(10), '<br>')}</{tag}>"
+            f"<{tag}{_LEFT * (column < left)}>{escaped(cell).replace(chr(10), '<br>')}</{tag}>"
             for column, (tag, cell) in enumerate(zip(tags, row, strict=True))
         )
 
-    title = f"<caption>{escape(caption)}</caption>" if caption else ""
+    title = f"<caption>{escaped(caption)}</caption>" if caption else ""
     head = f"<tr>{cells(heads, 'th', 'th', 0)}</tr>" if heads else ""
     name = "th" if labels else "td"
     body = "".join(f"<tr{_TOP * top}>{cells(row, name, 'td', left)}</tr>" for row in rows)
@@ -105,7 +119,7 @@ def html(
 
 def paragraphs(texts: Iterable[str]) -> str:
     """Texts as HTML paragraphs, escaped."""
-    return "".join(f"<p>{escape(each)}</p>" for each in texts)
+    return "".join(f"<p>{escaped(each)}</p>" for each in texts)
 
 
 def finite(value: float | None) -> float | None:

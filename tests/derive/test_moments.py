@@ -204,6 +204,28 @@ def test_users_bring_their_own_invariants():
     )
 
 
+def test_a_long_invariant_is_a_chain_rule_and_no_search():
+    """A quotient of two squares of third order that no turn, shift or scaling of the image changes.
+
+    Its matrix, in lowest terms, against a moving object; L's zeros are found, not hidden in a sum.
+    """
+    above = (mu(3, 0) - 3 * mu(1, 2)) ** 2 + (3 * mu(2, 1) - mu(0, 3)) ** 2
+    below = (mu(3, 0) + mu(1, 2)) ** 2 + (mu(2, 1) + mu(0, 3)) ** 2
+
+    def measure(image):
+        c = {
+            (i, j): moment(image, i, j, True, centre(image, True))
+            for i in range(4)
+            for j in range(4 - i)
+        }
+        upper = (c[3, 0] - 3 * c[1, 2]) ** 2 + (3 * c[2, 1] - c[0, 3]) ** 2
+        return upper / ((c[3, 0] + c[1, 2]) ** 2 + (c[2, 1] + c[0, 3]) ** 2)
+
+    feature = Moments("third_order", (above / below,))
+    assert feature.interaction[5] == 0 and Symbol("a", positive=True) not in feature.arguments
+    assert_moves(feature, measure, seed=7)
+
+
 def test_the_area_is_the_published_matrix():
     g = A * x_g + B * y_g + C
     expected = Matrix([[-a * A, -a * B, a * (3 * g - C), 3 * a * y_g, -3 * a * x_g, 0]])

@@ -68,3 +68,24 @@ def test_other_systems_are_refused(system, words):
     with pytest.raises(vs.InputError) as refused:
         vs.Block("P", system, "u -> y")
     assert words in str(refused.value)
+
+
+def test_two_channels_of_an_unstable_plant_are_said_to_be_copies():
+    """x″ = 2x + u, u = r − 6x − 3x′ is stable; with a block for x and one for x′ it is not."""
+    plant = control.ss([[0, 1], [2, 0]], [[0], [1]], np.eye(2), np.zeros((2, 1)))
+    with pytest.raises(vs.InputError, match=r"1 inputs and 2 outputs.*copy of all states.*part"):
+        vs.Block("plant", plant, "u -> x")
+    parts = [vs.Sum("u = r - a - b"), vs.Block("six", 6, "x -> a"), vs.Block("three", 3, "v -> b")]
+    copies = [vs.Block("x", plant[0, 0], "u -> x"), vs.Block("v", plant[1, 0], "u -> v")]
+    table = vs.Diagram([*parts, *copies], ["r"], ["x"]).at().check()
+    notes = [line.note for line in table.lines]
+    assert any("'x' and 'v' are fed alike" in note and "1.414" in note for note in notes)
+    once = [
+        vs.Sum("w = u + t"),
+        vs.Block("i", 1 / s, "w -> v"),
+        vs.Block("j", 1 / s, "v -> x"),
+        vs.Block("two", 2, "x -> t"),
+    ]
+    system = vs.Diagram([*parts, *once], ["r"], ["x"]).at()
+    assert system.poles(2).real.max() < 0 and system["r", "x"](0) == pytest.approx(0.25)
+    assert not any("copies" in line.faces for line in system.check().lines)

@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 from oracles.delay import WORKING, figure1
 
-from vsctrl.diagram import Block, Diagram, Sum, system
+from vsctrl.diagram import Block, Diagram, Sum
 from vsctrl.diagram.consistency import crosscheck
 from vsctrl.diagram.pade import approximant
 from vsctrl.diagram.realisation.delay_system import DelaySystem
@@ -60,8 +60,8 @@ def bent_transfer(monkeypatch):
 
 
 def bent_roots(monkeypatch):
-    right = rightmost.rightmost
-    monkeypatch.setattr(system.rightmost, "rightmost", lambda *given: right(*given) * (1 + 1e-4))
+    right = rightmost.poles
+    monkeypatch.setattr(crosscheck.rightmost, "poles", lambda *given: right(*given) * (1 + 1e-4))
 
 
 def bent_pade(monkeypatch):
@@ -153,3 +153,53 @@ def test_delays_without_a_common_period_are_said_to_be_left_out():
     table = Diagram(parts, outputs=["y"]).at().check()
     assert table.passed
     assert any("no common period" in line.note for line in table.lines)
+
+
+HALVES = sp.exp(-s / 3), sp.exp(-s / 5), sp.exp(-sp.Rational(8, 15) * s)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        [Sum("e = r - y"), Block("P", sp.Rational(6, 5) / s**2, "e -> y")],
+        [
+            Block("P", 1 / (s**2 + 1), "r -> v"),
+            Block("Q", 1 / (s**2 + sp.Rational(1, 4)), "v -> y"),
+        ],
+    ],
+    ids=["double integrator", "two oscillators"],
+)
+def test_poles_on_the_axis_are_no_fault(parts):
+    """The twin is compared beside them, where there is something to compare."""
+    assert Diagram(parts, ["r"], ["y"]).at().check().passed
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        [
+            Block("P", 1 / (s + 1), "r -> a"),
+            Block("model", 1 / (s + 1), "r -> b"),
+            Sum("y = a - b"),
+        ],
+        [  # two delays one after the other, and both at once, in a loop that is unstable
+            Sum("e = r - a"),
+            Block("first", 9 * HALVES[0] / (s + 1), "e -> a"),
+            Block("second", HALVES[1], "a -> b"),
+            Block("both", 9 * HALVES[2] / (s + 1), "e -> c"),
+            Sum("y = b - c"),
+        ],
+        [  # a decoupled second input
+            Block("P", 1 / (s + 1), "u -> a"),
+            Block("Q", sp.exp(-s) / (s + 2), "r -> b"),
+            Block("decoupling", -(s + 1) * sp.exp(-s) / (s + 2), "r -> u"),
+            Sum("y = a + b"),
+        ],
+    ],
+    ids=["lags", "delays", "decoupled"],
+)
+def test_a_channel_that_is_zero_is_no_fault(parts):
+    """What is left of it is the rounding of what cancels, and has no poles."""
+    table = Diagram(parts, ["r"], ["y"]).at().check()
+    assert table.passed, table
+    assert any("the channel is 0" in line.note for line in table.lines)

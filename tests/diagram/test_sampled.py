@@ -557,7 +557,10 @@ SYSTEM = figure1().at(WORKING)
     [
         (lambda: inner_delay_loop().sampled(T), "'T' does not cut the loop with the delay of 0.1"),
         (lambda: static_delay_loop().sampled(T), "'T' does not cut the loop with the delay of 0.1"),
-        (lambda: SYSTEM.sampled(T), "'feed-forward' is improper .*backward.*or set its gain to 0"),
+        (
+            lambda: SYSTEM.sampled(T)["S_ref", "S"](0.5),
+            "'feed-forward' is improper .*backward.*or set its gain to 0",
+        ),
         (lambda: SYSTEM.sampled(T, digital={"feed-forward": "forward"}), "sample of the future"),
         (lambda: SYSTEM.sampled(T, digital={"feed-forward": "tustn"}), "did you mean 'tustin'"),
         (lambda: SYSTEM.sampled(T, digital={"feedforward": "tustin"}), "mean 'feed-forward'"),
@@ -592,3 +595,24 @@ def test_refused_in_a_sentence(make, sentence):
 def test_a_hold_that_cuts_the_delay_loop_is_accepted():
     twin = inner_delay_loop().sampled(T, hold="v")
     assert twin["r", "y"](1.0) != 0
+
+
+def test_a_differentiated_reference_leaves_the_loop_alone():
+    """k_ff s S_ref is not in L = κλTₛ z^{−d}/(z − 1), which is asked for without S_ref."""
+    bare = figure1().at({**WORKING, "k_ff": 0.0}).sampled(T)
+    twin = SYSTEM.sampled(T)
+    np.testing.assert_allclose(twin.poles(), bare.poles(), rtol=1e-12)
+    assert twin.is_stable
+    assert twin.open().margins() == bare.open().margins()
+    z = np.exp(1j * np.array([0.1, 0.7, 2.0]))
+    np.testing.assert_allclose(twin.open()(z), bare.open()(z), rtol=1e-14)
+
+
+def test_a_differentiator_in_the_loop_is_refused_at_once():
+    parts = [
+        Sum("e = r - y"),
+        Block("PD", 1 + s / 5, "e -> T"),
+        Block("plant", sp.exp(-s / 10) / (s + 1), "T -> y"),
+    ]
+    with pytest.raises(InputError, match="'PD' is improper"):
+        Diagram(parts, ["r"], ["y"]).at().sampled(T)

@@ -153,3 +153,25 @@ def test_further_inputs_and_outputs_are_signals_like_others():
     assert outer._repr_svg_().count('class="name"') == 2  # one looks inside
     with pytest.raises(vs.InputError, match="nothing drives signal 'inner_d'"):
         vs.Diagram([box], inputs=["a"], outputs=["b", "inner_w"])
+
+
+def test_a_further_output_or_input_is_named_as_its_own_diagram_names_it():
+    """Whoever wires a block of two outputs cannot know what they are called outside."""
+    inner = vs.Diagram(
+        [
+            vs.Sum("v = u + w"),
+            vs.Block("P", 1 / (s + 1), "v -> y"),
+            vs.Block("Q", 1 / (s + 2), "v -> y2"),
+        ],
+        inputs=["u", "w"],
+        outputs=["y", "y2"],
+    )
+    box = inner.block("my plant", "a -> b")
+    with pytest.raises(
+        vs.InputError, match=r"output 'y2' of block 'my plant' leads nowhere.*'my_plant_y2'"
+    ):
+        vs.Diagram([box], outputs=["b"])
+    with pytest.raises(vs.InputError, match="'my_plant_w', the input 'w' of block 'my plant'"):
+        vs.Diagram([box], inputs=["a"], outputs=["b", "my_plant_y2"])
+    whole = vs.Diagram([box], ["a", "my_plant_w"], ["b", "my_plant_y2"])
+    assert whole.at()["a", "my_plant_y2"](0) == 0.5

@@ -4,13 +4,15 @@ import cmath
 import math
 
 import effort
+import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.signal import cont2discrete
 
 from vsctrl import loop
+from vsctrl.errors import LimitError
 from vsctrl.loop import fractional_delay
 
 between = st.floats(0.02, 6.0).filter(lambda p: 0.01 < p % 1 < 0.99)
@@ -105,3 +107,68 @@ def test_the_loop_takes_any_delay():
     assert loop.gain_limit(0.09, period=0.04) == fractional_delay.limit(2.25) / 0.04
     assert loop.gain_limit(0.09, period=0.04, kappa=2) == fractional_delay.limit(2.25) / 0.08
     assert loop.fastest_gain(0.09, period=0.04) == fractional_delay.double_root(2.25) / 0.04
+
+
+def _on_the_circle(periods, gain):
+    """How far the equation is from 0 where its modulus allows a root on the circle, relative.
+
+    In fifty digits: |z − 1| = gain |(1 − f) z + f| gives sin²(θ/2), and the equation is put in.
+    """
+    d = math.floor(periods)
+    with mpmath.workdps(50):
+        f, g = mpmath.mpf(periods) - d, mpmath.mpf(gain)
+        q = g**2 / (4 + 4 * g**2 * f * (1 - f))
+        theta = 2 * mpmath.asin(mpmath.sqrt(q))
+        z = mpmath.expj(theta)
+        rest = mpmath.expj((d + 1) * theta) * (z - 1) + g * ((1 - f) * z + f)
+        return float(abs(rest) / abs(z - 1))
+
+
+def _double(periods, gain):
+    """The greatest value of the gain on 0 < z < 1, less the one told, relative; in fifty digits."""
+    d = math.floor(periods)
+    with mpmath.workdps(50):
+        f = mpmath.mpf(periods) - d
+        told, t = mpmath.mpf(gain), mpmath.mpf(1) / (d + 1 + mpmath.sqrt(f))
+        value = lambda w: (1 - w) ** (d + 1) * w / (1 - (1 - f) * w)  # noqa: E731
+        low, high = t / 4, min(4 * t, 1 - mpmath.mpf(10) ** -40)
+        for _ in range(45):  # it rises, then falls, and is flat at the top
+            a, b = low + (high - low) * mpmath.mpf("0.4"), low + (high - low) * mpmath.mpf("0.6")
+            low, high = (low, b) if value(a) > value(b) else (a, high)
+        return float(abs(value((low + high) / 2) / told - 1))
+
+
+@given(st.floats(-9, 11.9), st.floats(0.001, 0.999))
+@settings(max_examples=effort.share(1600), deadline=None)
+@example(math.log10(0.0226636e9), 0.5)
+@example(math.log10(9.3896 / 2.0162e-6), 0.25)
+@example(math.log10(1e9 / 0.0184), 0.125)
+def test_any_number_of_periods_is_answered_at_once_and_to_rounding(decade, f):
+    """Up to 10¹² periods: a delay that is long beside the period costs no more than a short one."""
+    d = math.floor(10**decade)
+    periods = d + f if d else f * 10**decade
+    if not 0.02 < periods % 1 < 0.98:  # which timing takes for whole, or is of no number of digits
+        return
+    limit, double = fractional_delay.limit(periods), fractional_delay.double_root(periods)
+    assert 0 < double < limit
+    if d:  # between the limits of d and d + 1 whole periods
+        ends = [2 * math.sin(math.pi / (2 * (2 * n + 1))) for n in (d + 1, d)]
+        assert ends[0] * (1 - 1e-14) <= limit <= ends[1] * (1 + 1e-14)
+    if d or periods > 0.25:  # else a root leaves at z = −1
+        assert _on_the_circle(periods, limit) < 1e-13
+    else:
+        assert limit == pytest.approx(2 / (1 - 2 * periods), rel=1e-15)
+    assert _double(periods, double) < 1e-13
+
+
+def test_an_equation_of_millions_of_coefficients_is_not_written_down():
+    with pytest.raises(LimitError, match="give a longer period"):
+        fractional_delay.characteristic(1e12 + 0.5, 1.0)
+
+
+@pytest.mark.parametrize("tau", [0.0, 0.05, 0.08])
+@pytest.mark.parametrize("kappa", [-0.1 + 1j, 1j, -1j, -1 + 0j, 0j])
+def test_an_eigenvalue_that_is_not_in_the_right_half_plane_leaves_no_gain(tau, kappa):
+    assert loop.gain_limit(tau, period=0.04, kappa=kappa) == 0.0
+    M = [[kappa.real, kappa.imag], [-kappa.imag, kappa.real]]
+    assert loop.matrix_gain_limit(M, tau, 0.04) == 0.0

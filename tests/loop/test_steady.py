@@ -324,6 +324,15 @@ def test_the_gain_from_which_on_feedforward_makes_the_error_larger():
         assert bool(with_ > without) is larger
 
 
+# Every signal of the first is taken, and the second has none from outside.
+TAKEN = vs.Diagram([vs.Sum("e = r - y"), vs.Block("p", 1 / (s + 1), "e -> y")])
+RING = vs.Diagram([vs.Block("p", 1 / (s + 1), "e -> y"), vs.Block("q", -1, "y -> e")])
+
+
+def test_a_diagram_without_outputs_answers_for_a_signal_that_is_named():
+    assert loop.steady_error(TAKEN, vs.Step(), output="y") == -sp.Rational(1, 2)
+
+
 # Bad input -------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("ask", "message"),
@@ -335,6 +344,8 @@ def test_the_gain_from_which_on_feedforward_makes_the_error_larger():
         (lambda: loop.steady_error(disturbed(), vs.Ramp(1), reference="R"), "no signal 'R'"),
         (lambda: loop.steady_error(loop.pi(), vs.Ramp(1), T_i=-1), r"steady_error: T_i = -1.*give"),
         (lambda: loop.steady_error(loop.pi(), vs.Step(1) + vs.Ramp(1)), "no steady error; give"),
+        (lambda: loop.steady_error(TAKEN, vs.Step()), 'no output to take; name.*output="y"'),
+        (lambda: loop.error_transfer(RING, "y"), 'no input to take; name.*reference="y"'),
         (lambda: loop.error_constants(loop.figure1, "S_mes"), "did you mean 'S_meas'"),
         (lambda: loop.error_constants(loop.figure1, "S_meas", tua=1), "did you mean 'tau'"),
         (lambda: loop.error_sensitivities(loop.figure1, vs.Ramp(1), lambd=1), "did you mean 'lam'"),

@@ -285,3 +285,13 @@ def test_a_failed_run_has_no_steady_state(runs):
     assert found.along.mean is None and found.true_error.half_range is None
     assert notice(found) == runs["diverged"].status.sentence
     assert runs["diverged"].status.sentence in str(found)
+
+
+def test_a_name_of_any_characters_leaves_a_picture_that_can_be_read(tmp_path):
+    """Control characters, which no XML holds, and what looks like a tag or a formula."""
+    run = simulate(paper.sliding().with_(duration=0.4, name="a\x00\x1b[2J\x9b <b> $x \ufffe λ"))
+    root = ET.fromstring(picture(run_figure(run), ".svg"))
+    assert root.tag.endswith("svg")
+    html = run._repr_html_()
+    assert not re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f\ufffe]", html) and "<b>" not in html
+    ET.fromstring(re.search("<svg.*</svg>", html, re.DOTALL)[0])

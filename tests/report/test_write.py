@@ -131,6 +131,42 @@ def test_a_folder_or_bytes_of_that_name_are_foreign_too(quick, tmp_path, name):
     assert [p.name for p in tmp_path.iterdir()] == [name]
 
 
+@pytest.mark.parametrize("name", FILES)
+def test_a_pipe_or_a_file_without_end_of_that_name_is_foreign(quick, tmp_path, name):
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(InputError, match=f"^out: .*{name}"):
+        write_report(paper.sliding(), tmp_path)
+    (tmp_path / name).unlink()
+    (tmp_path / name).touch()
+    os.truncate(tmp_path / name, 5 << 30)  # a file of holes, which takes no room
+    with pytest.raises(InputError, match=f"^out: .*{name}"):
+        write_report(paper.sliding(), tmp_path)
+    assert [p.name for p in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, '{"schema": ' + "9" * 5000 + "}", '"' * 100_000])
+def test_no_json_of_a_stranger_is_too_odd_to_be_foreign(quick, tmp_path, text):
+    (tmp_path / "report.json").write_text(text)
+    with pytest.raises(InputError, match="no report of vsctrl"):
+        write_report(paper.sliding(), tmp_path)
+
+
+def test_a_folder_that_another_report_makes_meanwhile_is_not_taken_back(
+    quick, tmp_path, monkeypatch
+):
+    real = Path.mkdir
+
+    def mkdir(self, *given, **named):
+        real(self, *given, **named)  # the other one was quicker
+        return real(self, *given, **named)
+
+    monkeypatch.setattr(Path, "mkdir", mkdir)
+    monkeypatch.setattr(writing, "verdict", lambda result: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        write_report(paper.sliding(), tmp_path / "new")
+    assert (tmp_path / "new").is_dir()
+
+
 def test_a_foreign_page_beside_our_data_leaves_both_alone(quick, older):
     (older / "index.html").write_text("<p>mine now</p>")
     before = contents(older)

@@ -8,6 +8,7 @@ import json
 import os
 import pickle
 import re
+import tracemalloc
 import zipfile
 from pathlib import Path
 
@@ -371,8 +372,106 @@ class Trap:
 
 def test_objects_are_refused_and_never_unpickled(small, tmp_path):
     rewrite(small, tmp_path / "run.npz", {"joints": np.array([Trap()], dtype=object)})
-    refused(tmp_path / "run.npz", "Object arrays cannot be loaded|allow_pickle")
+    refused(tmp_path / "run.npz", "an array of objects, which would run code")
     assert not Trap.sprung
+
+
+SIZE = 1 << 26  # bytes of zeros
+
+
+def add_zeros(path: Path, name: str, descr: str, shape: tuple[int, ...]) -> None:
+    """One more entry of an archive, which unpacks to a thousand times its own length."""
+    header = f"{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}"
+    start = header.encode().ljust(117) + b"\n"
+    with (
+        zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open(f"{name}.npy", "w") as entry,
+    ):
+        entry.write(b"\x93NUMPY\1\0" + len(start).to_bytes(2, "little") + start)
+        for _ in range(SIZE >> 20):
+            entry.write(bytes(1 << 20))
+    assert path.stat().st_size < SIZE // 100
+
+
+def peak(call) -> int:
+    """Bytes that a call holds at most."""
+    tracemalloc.start()
+    try:
+        call()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    ("name", "descr", "shape", "pattern"),
+    [
+        ("unknown", "<f8", (SIZE // 8,), None),
+        ("format", f"<U{SIZE // 4}", (), "format: a text of 67108864 bytes"),
+        ("scenario", f"<U{SIZE // 4}", (), "scenario: a text of 67108864 bytes"),
+        ("t", "<f8", (SIZE // 8,), r"t: float64 of shape \(8388608,\)"),
+        ("pose", "<f8", (SIZE // 128, 4, 4), "pose: float64 of shape"),
+        ("pose", "<f8", (4, 4, 4), "more or fewer numbers than its shape"),
+        ("visible", "|b1", (SIZE,), "visible: bool of shape"),
+        ("pose", "<f8", (10**4000,), "pose: float64 of shape"),
+    ],
+)
+def test_zeros_without_end_are_never_unpacked(small, tmp_path, name, descr, shape, pattern):
+    """An entry is refused by what it says of itself, or left unread where no run has such a one."""
+    path = tmp_path / "run.npz"
+    rewrite(small, path, {name: None} if pattern else {})
+    add_zeros(path, name, descr, shape)
+
+    def load():
+        if pattern is None:
+            assert_same(small, Run.load(path))
+        else:
+            assert len(refused(path, pattern)) < 1000
+
+    assert peak(load) < 20e6
+
+
+def test_an_archive_of_a_million_entries_is_not_listed(tmp_path):
+    """Its list alone would fill the memory: it is told by the length that it says it has."""
+    path = tmp_path / "run.npz"
+    with zipfile.ZipFile(path, "w") as archive:
+        for number in range(25_000):
+            archive.writestr(f"{number}", b"")
+    assert peak(lambda: refused(path, "more entries than any run")) < 2e6
+    path.write_bytes(path.read_bytes() + b"a comment with PK\5\6 in it" + bytes(30))
+    assert peak(lambda: refused(path, "no run of vsctrl")) < 2e6  # zipfile believes the comment
+
+
+def test_numbers_of_thousands_of_digits_are_refused(small, tmp_path):
+    path = tmp_path / "run.npz"
+    for name in ("status", "events"):
+        for digits in (4000, 5000):
+            value = '{"ok": true, "kind": "completed", "frame": %s, "sentence": ""}' % (
+                "9" * digits
+            )
+            rewrite(small, path, {name: value if name == "status" else f"[{value}]"})
+            assert len(refused(path, name)) < 400
+    event = f'[{{"kind": "lost", "frame": {"9" * 300}, "frames": 1, "sentence": ""}}]'
+    rewrite(small, path, {"events": event})
+    refused(path, "events: .*no list of events")
+
+
+def test_no_message_is_as_long_as_the_file_or_gives_the_advice_of_numpy(small, tmp_path):
+    """Whatever stands in the file, and whatever NumPy and zipfile say of it."""
+    path = tmp_path / "run.npz"
+    long = "x" * 10_000
+    for change in (
+        {"format": long}, {"digest": long}, {"status": f'"{long}"'}, {"events": f'"{long}"'},
+        {"scenario": f"{long} = 1"}, {"scenario": f"{long}"}, {"vsctrl": long, "digest": "0"},
+        {"scenario": "\n".join(f"k{n} = {n}" for n in range(5000))},
+        {"t": np.zeros(2, [(f"field{n}", float) for n in range(100)])},
+    ):  # fmt: skip
+        rewrite(small, path, change)
+        with pytest.raises(InputError) as found:
+            Run.load(path)
+        assert len(str(found.value)) < 3000
+    (tmp_path / "mine.toml").write_text("lam = 2.5")
+    assert "pickle" not in refused(tmp_path / "mine.toml", "no .npz file.*no zip archive")
 
 
 def test_a_file_cut_off_anywhere_is_refused(small, tmp_path):

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from vsctrl.cli.output import echo_json
+from vsctrl.cli.output import echo_document, echo_json
 from vsctrl.errors import InputError
 
 
@@ -53,6 +53,8 @@ def derive(
         answer = show(feature, language, pixels=pixels)
     if as_json:
         echo_json(answer)
+    elif language is not None:
+        echo_document(answer)
     else:
         click.echo(answer, nl=False)
 

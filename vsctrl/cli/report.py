@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import click
 
-from vsctrl.cli.output import echo_json
+from vsctrl.cli.output import echo_document, echo_json
 
 STEPS = 4  #: that write_report announces
 
@@ -39,17 +40,18 @@ def report(scenario: Path | None, out: Path, schema: bool, as_json: bool) -> Non
 
     chosen = Scenario.load(scenario) if scenario else paper.sliding()
     from vsctrl.report import write_report
+    from vsctrl.tables import visible
 
     command = " ".join(["vsctrl report", *([scenario.name] if scenario else [])])
     with _Progress() as progress:
         written = write_report(chosen, out, command=command, progress=progress.step)
     if as_json:
-        click.echo(written.data.read_text(encoding="utf-8"), nl=False)
+        echo_document(written.data.read_text(encoding="utf-8"))
         return
-    click.echo(written.result.comparison)
+    click.echo(visible(str(written.result.comparison)))
     click.echo()
     for sentence in written.sentences:
-        click.echo(click.wrap_text(sentence, width=100))
+        click.echo(click.wrap_text(visible(sentence), width=100))
     click.echo(f"\n{written.page}\n{written.data}")
 
 
@@ -62,16 +64,20 @@ class _Progress:
     def step(self, name: str) -> None:
         from tqdm import tqdm
 
-        if self._bar is None:
-            form = "{n_fmt}/{total_fmt} {desc}"
-            self._bar = tqdm(total=STEPS, initial=1, desc=name, file=sys.stderr, bar_format=form)
-        else:
-            self._bar.n += 1
-            self._bar.set_description_str(name)
+        with suppress(OSError):  # a counter that cannot be written stops no work
+            if self._bar is None:
+                form = "{n_fmt}/{total_fmt} {desc}"
+                self._bar = tqdm(
+                    total=STEPS, initial=1, desc=name, file=sys.stderr, bar_format=form
+                )
+            else:
+                self._bar.n += 1
+                self._bar.set_description_str(name)
 
     def __enter__(self) -> _Progress:
         return self
 
     def __exit__(self, *error: object) -> None:
         if self._bar is not None:
-            self._bar.close()
+            with suppress(OSError):
+                self._bar.close()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import click
 
+from vsctrl.cli.output import echo_document
+
 
 @click.command()
 @click.argument("name", default="sliding")
@@ -13,8 +15,8 @@ def scenario(name: str, schema: bool) -> None:
     if schema:
         from vsctrl import servo
 
-        click.echo(servo.schema())
+        echo_document(servo.schema() + "\n")
         return
     from vsctrl import paper
 
-    click.echo(paper.preset(name).to_toml(), nl=False)
+    echo_document(paper.preset(name).to_toml())

@@ -45,6 +45,7 @@ def simulate(
     files = _targets(scenario, {"--out": out, "--plot": plot, "--animate": animate})
     from vsctrl import paper, servo
     from vsctrl.servo.results.outcome import outcome
+    from vsctrl.tables import visible
 
     run = servo.simulate(servo.Scenario.load(scenario) if scenario else paper.sliding())
     if out is not None:
@@ -62,7 +63,8 @@ def simulate(
         lines = str(summary).splitlines()
         if not run.status.ok:  # why is said once, on stderr
             lines.remove(run.status.sentence)
-        click.echo("\n".join([*lines, *([""] if files else []), *map(str, files.values())]))
+        shown = visible("\n".join(lines))
+        click.echo("\n".join([shown, *([""] if files else []), *map(str, files.values())]))
     if not run.status.ok:
         click.echo(f"vsctrl: {run.status.sentence}", err=True)
         ctx.exit(1)

@@ -14,6 +14,8 @@ from vsctrl.derive.features.moments import (
     Moments,
     NormalisedMoments,
     Orientation,
+    m,
+    mu,
 )
 from vsctrl.derive.features.outlines import SeenCircle, SeenEllipse, SeenLine, SeenSphere
 from vsctrl.derive.features.planes import plane_of
@@ -79,6 +81,8 @@ __all__ = [
     "evaluate",
     "interaction_matrix",
     "ledger",
+    "m",
+    "mu",
     "plane_of",
     "point_motion",
     "reference",

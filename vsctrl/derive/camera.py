@@ -10,6 +10,7 @@ from typing import Any
 
 from sympy import Dummy, Expr, ImmutableMatrix, S, Symbol
 
+from vsctrl.caching import Caching
 from vsctrl.derive.inputs import decimals, scalar, symbols_in
 from vsctrl.derive.kinematics.interaction import point_velocity
 from vsctrl.errors import InputError
@@ -17,7 +18,7 @@ from vsctrl.symbols import F_x, F_y, X, Y, x, y, z
 
 
 @dataclass(frozen=True)
-class Camera:
+class Camera(Caching):
     """X = F_x x_d + skew y_d + u_0, Y = F_y y_d + v_0 of the normalised image point (x, y).
 
     ``focal`` (F_x, F_y), ``centre`` (u_0, v_0) and ``skew`` in pixels; ``distortion`` (k_1, k_2, …)

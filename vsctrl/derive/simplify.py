@@ -5,12 +5,18 @@ places put into a chain rule are rational functions of symbols, cos and sin, and
 which one relation is enough. Every derivation ends in ``shortest``.
 """
 
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import sympy as sp
 
 # Factors of longer sums are rarely there, and never found at once.
 _MOST_TERMS = 12
+
+# Of a gradient: from so many on a product with it is not put over one denominator by ``cancel``.
+_LONG = 100
 
 _Pairs = Sequence[tuple[sp.Symbol, sp.Symbol]]
 
@@ -109,3 +115,97 @@ def _linear_in(expression: sp.Expr) -> sp.Symbol | None:
         return None
     whole = sp.Poly(expression)
     return next((x for x in whole.gens if whole.degree(x) == 1), None)
+
+
+def is_long(gradient: sp.Matrix) -> bool:
+    """Whether it is rational and so long that ``cancel`` of a product would take minutes."""
+    rational = all(entry.is_rational_function(*entry.free_symbols) for entry in gradient)
+    return rational and sum(map(sp.count_ops, gradient)) > _LONG
+
+
+def contracted(
+    gradient: sp.Matrix, rates: sp.Matrix, linear: Sequence[sp.Symbol]
+) -> sp.ImmutableMatrix:
+    """The product of two matrices of rational functions, each entry in lowest terms.
+
+    Only factors of the denominators of the first and the second can be left below, so that trial
+    divisions by them do what ``cancel`` does by the greatest common divisor. What stays longer than
+    the chain rule itself is left as that.
+    """
+    generators = sorted(gradient.free_symbols | rates.free_symbols, key=str)
+    ring = sp.QQ[generators] if generators else sp.QQ
+    left, right = (
+        [[_Quotient.of(matrix[i, j], ring) for j in range(matrix.cols)] for i in range(matrix.rows)]
+        for matrix in (gradient, rates)
+    )
+    rows = [
+        [
+            _sum([g * row[j] for g, row in zip(each, right, strict=True)], ring)
+            for j in range(rates.cols)
+        ]
+        for each in left
+    ]
+    short = [quotient.shortest(linear) for row in rows for quotient in row]
+    chain = [
+        sp.Add(
+            *(g.shortest(()) * row[j].shortest(linear) for g, row in zip(each, right, strict=True))
+        )
+        for each in left
+        for j in range(rates.cols)
+    ]
+    entries = [min(pair, key=sp.count_ops) for pair in zip(short, chain, strict=True)]
+    return sp.ImmutableMatrix(gradient.rows, rates.cols, entries)
+
+
+@dataclass(frozen=True)
+class _Quotient:
+    """A polynomial of a ring over a product of powers of irreducible ones."""
+
+    ring: Any
+    above: Any
+    below: dict[Any, int]
+
+    @classmethod
+    def of(cls, entry: sp.Expr, ring: Any) -> "_Quotient":
+        above, below = (ring.from_sympy(side) for side in sp.fraction(sp.cancel(entry)))
+        number, factors = below.factor_list()
+        return cls(ring, above * ring.convert(1 / number), dict(factors))
+
+    def __mul__(self, other: "_Quotient") -> "_Quotient":
+        below = Counter(self.below)
+        below.update(other.below)
+        return _Quotient(self.ring, self.above * other.above, dict(below))
+
+    def reduced(self) -> "_Quotient":
+        above, below = self.above, {}
+        for factor, power in self.below.items() if above else ():
+            left = power
+            while left:
+                quotient, rest = divmod(above, factor)
+                if rest:
+                    below[factor] = left
+                    break
+                above, left = quotient, left - 1
+        return _Quotient(self.ring, above, below)
+
+    def shortest(self, linear: Sequence[sp.Symbol]) -> sp.Expr:
+        number, above = self.above.primitive() if self.above else (0, self.above)
+        below = sp.Mul(*(self.ring.to_sympy(f) ** power for f, power in self.below.items()))
+        top = self.ring.to_sympy(above)
+        linear = [symbol for symbol in linear if top.has(symbol)]
+        forms = [top, sp.Add(*_terms(top, linear))] if linear else [_factored(top)]
+        return sp.Rational(number) * min(forms, key=sp.count_ops) / below
+
+
+def _sum(terms: Sequence[_Quotient], ring: Any) -> _Quotient:
+    below: dict[Any, int] = {}
+    for term in terms:
+        for factor, power in term.below.items():
+            below[factor] = max(power, below.get(factor, 0))
+    above = ring.zero
+    for term in terms:
+        part = term.above
+        for factor, power in below.items():
+            part = part * factor ** (power - term.below.get(factor, 0))
+        above = above + part
+    return _Quotient(ring, above, below).reduced()

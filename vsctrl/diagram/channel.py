@@ -111,7 +111,7 @@ class Channel(NumericChannel):
 
     def pade(
         self,
-        order: int | None = None,
+        order: int | tuple[int, int] | None = None,
         *,
         tol: float | None = None,
         band: tuple[float, float] | None = None,
@@ -119,14 +119,17 @@ class Channel(NumericChannel):
     ) -> PadeModel:
         """The channel with each delay replaced by its Padé model, as a `control.StateSpace`.
 
-        Either of a given `order`, 1 to 40, or of the smallest whose relative error over `band`
-        (rad/s) is at most `tol`; without a band, from 0 to where the longest delay has turned the
-        phase by 2π. The model shows its own error, `PadeModel.error`, `.worst` and `.step_error`.
+        Either of a given `order`, 1 to 40, or (m, n), the degrees of numerator and denominator,
+        m ≤ n, as (3, 4) of a model that lets no high frequency through; or of the smallest order
+        whose relative error over `band` (rad/s) is at most `tol`; without a band, from 0 to where
+        the longest delay has turned the phase by 2π. The model shows its own error,
+        `PadeModel.error`, `.worst` and `.step_error`.
         Of an opened loop ``on="margins"`` makes `tol` that of the gain, phase and delay margins and
         of the peak sensitivity, relative to the exact ones; the loop of the model is then stable if
         and only if the exact one is.
         Errors: `InputError` for neither or both, for one that is not usable, and where no order
-        reaches the tolerance, and for ``on="margins"`` of a channel that is no opened loop.
+        reaches the tolerance, for degrees whose model is unstable, for an order with which a loop
+        of delays has no solution, and for ``on="margins"`` of a channel that is no opened loop.
         """
         if isinstance(on, str) and on == "response":
             return pade_order.model(self, order, tol, band)

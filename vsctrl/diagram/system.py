@@ -21,7 +21,7 @@ from vsctrl.diagram.consistency import crosscheck
 from vsctrl.diagram.description.wiring import is_channel
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.realisation.reduction import delays_in_loops
-from vsctrl.diagram.roots import argument_principle, rightmost
+from vsctrl.diagram.roots import argument_principle, box, newton, rightmost
 from vsctrl.diagram.sampled.system import SampledSystem
 from vsctrl.errors import InputError
 
@@ -93,6 +93,30 @@ class System(Numeric):
                 f"{delay_s:g} s in all; give one of {-FARTHEST / delay_s:.4g} rad/s or more."
             )
         return argument_principle.roots_right_of(self.autonomous, line)
+
+    def roots_in(self, re: tuple[float, float], im: tuple[float, float]) -> box.RootsIn:
+        """All characteristic roots in a rectangle, (low, high) of Re s and of Im s, in rad/s.
+
+        ``system.roots_in(re=(-1, 1), im=(0, 100))``, with the count of the argument principle that
+        certifies them; published lists of neutral systems are given so. A root on an edge leaves
+        them uncertified. Errors: `InputError` for what is no rectangle, or reaches so far left that
+        e^{−sτ} overflows; `LimitError` for one that holds more than 1000 roots.
+        """
+        sides = []
+        for name, side in (("re", re), ("im", im)):
+            ends = reals(side)
+            if ends is None or ends.shape != (2,) or not ends[0] < ends[1]:
+                raise InputError(
+                    f"roots_in: {name} = {quoted(side)} is not usable; give (low, high) in rad/s."
+                )
+            sides.append((float(ends[0]), float(ends[1])))
+        delay_s = float(max(delays_in_loops(self.autonomous).delays, default=0))
+        if -sides[0][0] * delay_s > newton.FARTHEST:
+            raise InputError(
+                f"roots_in: re = {quoted(re)} reaches too far left for a delay of {delay_s:g} s; "
+                f"begin at {-newton.FARTHEST / delay_s:.4g} rad/s or more."
+            )
+        return box.roots_in(self.autonomous, sides[0], sides[1])
 
     def root_locus(self, parameter: str, values: ArrayLike, n: int = 6) -> Complex:
         """The n rightmost roots (rad/s) at each value of a parameter, (len(values), n).

@@ -4,8 +4,9 @@ A delay of (d + f) Tₛ, 0 < f < 1, splits what a held velocity does between two
 
     z^{d+2} − z^{d+1} + κλTₛ ((1 − f) z + f) = 0
 
-Its limits have no closed form; they are found from the phase on the unit circle. With f → 0 and
-f → 1 it is the equation of d and d + 1 whole periods, times z.
+Its limits have no closed form but for the double root; they are found from the phase on the unit
+circle, in a time that does not grow with d. With f → 0 and f → 1 it is the equation of d and d + 1
+whole periods, times z.
 
 Source: the modified z-transform, Jury, Theory and Application of the z-Transform Method (1964).
 """
@@ -17,14 +18,23 @@ from scipy.optimize import brentq
 
 from vsctrl import timing
 from vsctrl.arrays import Array
+from vsctrl.errors import LimitError
 
-# Points of the circle between which crossings are looked for, per period of delay.
-GRID = 64
+MOST_COEFFICIENTS = 10**6  #: of a characteristic equation
 
 
 def characteristic(periods: float, gain: float) -> Array:
-    """Coefficients of the equation above, highest power first; gain: κλTₛ."""
+    """Coefficients of the equation above, highest power first; gain: κλTₛ.
+
+    Errors: `LimitError` for an equation of more than 10⁶ coefficients.
+    """
     d, f = timing.split(periods)
+    if d + 3 > MOST_COEFFICIENTS:
+        raise LimitError(
+            f"characteristic: a delay of {periods:g} periods makes an equation of {d + 3} "
+            f"coefficients, more than {MOST_COEFFICIENTS}; give a longer period, or ask for its "
+            "limits, which need none of them."
+        )
     out = np.zeros(d + 3)
     out[0], out[1] = 1.0, -1.0
     out[-2:] += gain * np.array([1 - f, f])
@@ -35,39 +45,44 @@ def limit(periods: float, angle: float = 0.0) -> float:
     """Greatest κλTₛ that is stable, all smaller ones being so too.
 
     periods: the delay in periods, d + f; angle: |arg κ| in rad, below π/2, taken from the phase.
-    The least gain of all crossings ``|z − 1|/|(1 − f) z + f|`` where the phase of the opened loop
-    is −π.
+    On the circle z = e^{jθ} the gain ``|z − 1|/|(1 − f) z + f|`` rises with θ, so that the limit is
+    that of the least θ where the phase of the opened loop is −π:
+
+        (d + 3/2) θ − arg((1 − f) z + f) = π/2 − |arg κ|
+
+    The argument lies between 0 and θ, hence θ between (π/2 − |arg κ|)/(d + 3/2) and the same over
+    d + 1/2, where the left side rises, or for d = 0 and f < 1/2 is concave: it passes once.
     """
     d, f = timing.split(periods)
+    left = math.pi / 2 - angle
+    if d == 0 and not angle:
+        # Jury's conditions: f is then the product of the roots, and z = −1 may be one.
+        return min(1 / f if f else math.inf, 2 / (1 - 2 * f) if f < 0.5 else math.inf)
 
     def missing(theta: float) -> float:
-        """Phase that is left to −π, on the circle at θ."""
         turned = math.atan2((1 - f) * math.sin(theta), (1 - f) * math.cos(theta) + f)
-        return (d + 1.5) * theta - turned - math.pi / 2 + angle
+        return (d + 1.5) * theta - turned - left
 
-    def gain(theta: float) -> float:
-        chord = 2 * math.sin(theta / 2)
-        return chord / math.hypot((1 - f) * math.cos(theta) + f, (1 - f) * math.sin(theta))
-
-    grid = np.linspace(0.0, math.pi, GRID * (d + 2) + 1)
-    phase = np.array([missing(theta) for theta in grid])
-    turns = 2 * math.pi * np.arange(d + 2)
-    limits = [
-        gain(brentq(lambda theta, turn=turn: missing(theta) - turn, grid[k], grid[k + 1]))
-        for turn in turns
-        for k in np.flatnonzero((phase[:-1] - turn) * (phase[1:] - turn) <= 0)
-    ]
-    # At z = −1 the equation is real, and the phase has nothing to cross.
-    alternating = 2 * (-1) ** d / (1 - 2 * f) if f != 0.5 else math.inf
-    if not angle and alternating > 0:
-        limits.append(alternating)
-    return float(min(limits))
+    low, high = left / (d + 1.5), left / (d + 0.5)
+    # At the ends rounding decides the sign, where f is next to 1 or 0.
+    if missing(low) >= 0:
+        theta = low
+    elif missing(high) <= 0:
+        theta = high
+    else:
+        theta = brentq(missing, low, high, xtol=math.ulp(low), rtol=1e-15)
+    chord = 2 * math.sin(theta / 2)
+    return chord / math.hypot((1 - f) * math.cos(theta) + f, (1 - f) * math.sin(theta))
 
 
 def double_root(periods: float) -> float:
-    """Greatest κλTₛ without oscillation: of ``z^{d+1}(1 − z)/((1 − f) z + f)`` on 0 < z < 1."""
+    """Greatest κλTₛ without oscillation: of ``z^{d+1}(1 − z)/((1 − f) z + f)`` on 0 < z < 1.
+
+    There w = 1 − z is the lesser root of (d + 1)(1 − f) w² − (d + 2) w + 1 = 0, the other one being
+    1 or more.
+    """
     d, f = timing.split(periods)
-    # N = z^{d+1} − z^{d+2}, D = (1 − f) z + f; N′D − ND′ = 0 without its factor z^d.
-    roots = np.roots([-(d + 1) * (1 - f), d * (1 - f) - (d + 2) * f, (d + 1) * f])
-    z = float(max(root.real for root in roots if 0 < root.real < 1))
-    return float(z ** (d + 1) * (1 - z) / ((1 - f) * z + f))
+    root = math.sqrt(d * d + 4 * (d + 1) * f)
+    w, z = 2 / (d + 2 + root), (d + root) / (d + 2 + root)  # each without a difference
+    power = (d + 1) * (math.log1p(-w) if w < 0.5 else math.log(z)) if z else -math.inf
+    return math.exp(power) * w / (z + f * w) if z else 1.0

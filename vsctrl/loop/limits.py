@@ -51,6 +51,7 @@ def gain_limit(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.
             raise InputError(f"kappa = {kappa} is not usable; give a finite number.")
         angle = abs(cmath.phase(kappa))
         unstable = kappa == 0 or angle >= math.pi / 2
+        angle = 0.0 if unstable else angle  # nothing is left of π/2 then, and no gain is stable
         kappa = abs(kappa) or 1.0
 
     def turned(limit: sp.Expr) -> sp.Expr:

@@ -106,13 +106,22 @@ def _error(
     diagram: Diagram, output: str | None, reference: str | None, source: str | None
 ) -> tuple[sp.Expr, Series]:
     parameters(diagram)  # refuses what is no diagram
-    if reference is None:
-        reference = "S_star" if "S_star" in diagram.signals else diagram.inputs[0]
-    output = diagram.outputs[0] if output is None else output
-    source = diagram.inputs[0] if source is None else source
+    reference = "S_star" if reference is None and "S_star" in diagram.signals else reference
+    output = _first("output", diagram.outputs) if output is None else output
+    reference = _first("reference", diagram.inputs) if reference is None else reference
+    source = _first("source", diagram.inputs) if source is None else source
     for name in (output, reference):
         diagram.require(name)
     return _derived(diagram, output, reference, source)
+
+
+def _first(argument: str, names: tuple[str, ...]) -> str:
+    if not names:
+        kind = "output" if argument == "output" else "input"
+        raise InputError(
+            f'steady_error: the diagram has no {kind} to take; name a signal, as in {argument}="y".'
+        )
+    return names[0]
 
 
 @cache

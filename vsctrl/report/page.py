@@ -6,7 +6,6 @@ figures and formulas are elements of the page itself.
 
 from __future__ import annotations
 
-import html
 import platform
 import re
 from collections import Counter
@@ -29,6 +28,7 @@ from vsctrl.study.statements import about
 from vsctrl.study.tracking.sine_error import polar
 from vsctrl.study.tracking.steady_lag import PADE_ORDER, millimetres
 from vsctrl.symbols import T_s
+from vsctrl.tables import escaped, visible
 
 GENERATOR = "vsctrl"  #: in the page's <meta name="generator">, by which a report knows its own
 _NOTHING = 1e-9  #: an image error (px) that is nothing but rounding
@@ -42,6 +42,7 @@ def page(result: LoopReport, verdict: Verdict, command: str) -> str:
         loader=jinja2.PackageLoader("vsctrl.report"),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
+        finalize=_shown,
         trim_blocks=True,
         lstrip_blocks=True,
     )
@@ -66,6 +67,11 @@ def page(result: LoopReport, verdict: Verdict, command: str) -> str:
         command=command,
         versions=[("Python", platform.python_version())] + [(p, version(p)) for p in _PACKAGES],
     )
+
+
+def _shown(value: Any) -> Any:
+    """A value of the template; text of the user's that no page can hold is replaced."""
+    return visible(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
 def mathml(expr: sp.Expr | str, display: bool = False) -> Markup:
@@ -150,7 +156,7 @@ def _figures(result: LoopReport) -> dict[str, Markup]:
     figures: dict[str, Markup] = {}
 
     def add(name: str, title: str, figure: Any) -> None:
-        figures[name] = Markup(plots.to_svg(figure, html.escape(title), name))
+        figures[name] = Markup(plots.to_svg(figure, escaped(title), name))
 
     title = "Image error over time with and without the derivative term"
     add("errors", title, plots.errors(on, off))

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vsctrl.errors import InputError
-from vsctrl.files import as_path, write_all
+from vsctrl.files import MOST, as_path, beginning, read_text, write_all
 from vsctrl.report.data import SCHEMA, report_data
 from vsctrl.report.page import GENERATOR, page
 from vsctrl.report.verdict import verdict
@@ -50,9 +50,9 @@ def write_report(
     to, or one that holds another file of the same name.
     """
     require_scenario(scenario)
-    folder = as_path("out", out)
-    made = _prepare(folder)
+    folder, made = as_path("out", out), list[Path]()
     try:
+        _prepare(folder, made)
         result = examine(scenario, progress)
         progress("page and figures")
         conclusion = verdict(result)
@@ -65,20 +65,21 @@ def write_report(
     return Report(folder / PAGE, folder / DATA, result, conclusion.sentences)
 
 
-def _prepare(folder: Path) -> list[Path]:
-    """Make the folder and look at what is in it; the folders made, innermost first."""
-    made: list[Path] = []
+def _prepare(folder: Path, made: list[Path]) -> None:
+    """Make the folder and look at what is in it; `made` gets what was made, innermost first."""
     try:
         missing = [path for path in (folder, *folder.parents) if not path.exists()]
         if not missing and not folder.is_dir():
             raise InputError(f"out: {folder} is a file, not a folder; name another with --out.")
         for path in reversed(missing):
-            path.mkdir()
-            made.insert(0, path)
+            made.insert(0, path)  # before it is there, so that it goes whenever this is ended
+            try:
+                path.mkdir()
+            except FileExistsError:  # another report is being written there
+                made.remove(path)
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        _remove(made)
         raise InputError(
             f"out: the folder {folder} cannot be written to ({error.strerror}); "
             "name another with --out."
@@ -90,21 +91,20 @@ def _prepare(folder: Path) -> list[Path]:
                 f"out: {path} exists and is no report of vsctrl; move it away or name another "
                 "folder with --out."
             )
-    return made
 
 
 def _is_our_page(path: Path) -> bool:
     try:
-        head = path.read_bytes()[:2000]
-    except OSError:
+        head = beginning(path, 2000)
+    except InputError:
         return False
     return f'<meta name="generator" content="{GENERATOR} '.encode() in head
 
 
 def _is_our_data(path: Path) -> bool:
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        content = json.loads(read_text(path, "report", MOST))
+    except (ValueError, RecursionError):  # of the file, its text, or JSON
         return False
     kind = SCHEMA.partition("/")[0]
     return isinstance(content, dict) and str(content.get("schema", "")).startswith(f"{kind}/")
@@ -112,14 +112,15 @@ def _is_our_data(path: Path) -> bool:
 
 def _remove(made: list[Path]) -> None:
     """Take back the folders that were made, unless somebody has put something into them."""
-    with contextlib.suppress(OSError):
-        for path in made:
+    for path in made:
+        with contextlib.suppress(OSError):
             path.rmdir()
 
 
 def _write(folder: Path, texts: dict[str, str]) -> None:
     """Write all files or none."""
     try:
+        folder.mkdir(parents=True, exist_ok=True)  # should another one have failed and removed it
         write_all({folder / name: text for name, text in texts.items()})
     except OSError as error:
         raise InputError(

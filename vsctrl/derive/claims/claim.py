@@ -5,8 +5,10 @@ holds only where it finds the status that the claim states.
 """
 
 import inspect
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from itertools import combinations
 from typing import Any, Literal
 
@@ -121,6 +123,13 @@ class Claim:
         correction = f" → {self.correction}" if self.correction else ""
         return f"{self.equation} {self.status}: {self.statement}{correction}"
 
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        """A claim of a module travels by its name: it stands where its derivation was defined."""
+        place = self.evidence.__module__, self.evidence.__name__
+        if vars(sys.modules[place[0]]).get(place[1]) is self:
+            return _of_module, place
+        return super().__reduce_ex__(protocol)
+
     def _repr_latex_(self) -> str | None:
         """The formula as printed, for a notebook."""
         return rf"$\displaystyle {self.formula}$" if self.formula else None
@@ -144,6 +153,11 @@ def claim(
         )
 
     return propose
+
+
+def _of_module(module: str, name: str) -> Claim:
+    found: Claim = getattr(import_module(module), name)
+    return found
 
 
 def _given(facts: Facts) -> bool:

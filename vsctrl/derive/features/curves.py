@@ -30,6 +30,7 @@ from sympy import (
 )
 from sympy.polys.matrices import DomainMatrix
 
+from vsctrl.caching import Caching
 from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.features.feature import are_symbols
 from vsctrl.derive.features.planes import PLANE, Plane, checked, velocity_on
@@ -44,7 +45,7 @@ n_20, n_11, n_02 = symbols("n_20 n_11 n_02", real=True)  #: centred moments over
 
 
 @dataclass(frozen=True)
-class Primitive:
+class Primitive(Caching):
     """A plane curve, seen as h(X, Y; s) = 0: ``equation`` is h and ``shape`` is s, k symbols.
 
     X and Y are the image coordinates that ``camera`` reports, 1/z = A x + B y + C the ``plane`` of

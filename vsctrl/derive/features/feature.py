@@ -11,6 +11,7 @@ from itertools import chain
 
 from sympy import Expr, Float, ImmutableMatrix, Symbol, nan, oo, solve, zoo
 
+from vsctrl.caching import Caching
 from vsctrl.derive.inputs import vanishes
 from vsctrl.derive.kinematics.interaction import (
     Coordinates,
@@ -23,7 +24,7 @@ from vsctrl.errors import InputError
 
 
 @dataclass(frozen=True)
-class Feature:
+class Feature(Caching):
     """A visual feature s = ``expressions``, k functions of coordinates of points and directions.
 
     ``points`` are the coordinates (x, y, z) of each point in the camera frame, in m, z > 0;

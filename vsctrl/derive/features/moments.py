@@ -14,13 +14,14 @@ from functools import cache, cached_property
 from sympy import Expr, ImmutableMatrix, Poly, S, Symbol, atan2, cancel, nan, oo, sqrt, symbols, zoo
 from sympy.core.function import AppliedUndef
 
+from vsctrl.caching import Caching
 from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.features.curves import x_g, y_g
 from vsctrl.derive.features.feature import are_symbols, is_pair
 from vsctrl.derive.features.planes import PLANE, Plane, checked, velocity_on
 from vsctrl.derive.inputs import symbols_in
 from vsctrl.derive.kinematics.interaction import differentiated, undifferentiated
-from vsctrl.derive.simplify import shortest
+from vsctrl.derive.simplify import contracted, is_long, shortest
 from vsctrl.errors import InputError
 from vsctrl.symbols import X, Y
 
@@ -49,7 +50,7 @@ def mu(i: int, j: int) -> Symbol:
 
 
 @dataclass(frozen=True)
-class Moments:
+class Moments(Caching):
     """A feature s = ``expressions``, k functions of image moments, of a plane object.
 
     The expressions hold the symbols ``m(i, j)``, ``mu(i, j)``, x_g, y_g, a and ``parameters``.
@@ -99,13 +100,25 @@ class Moments:
         s = ImmutableMatrix(self.expressions)
         used = sorted(s.free_symbols - set(self.parameters), key=str)
         rates = _Rates(velocity_on(self.plane, self.camera), self.dense)
-        L = differentiated(s, used) * ImmutableMatrix.vstack(*(rates.of(symbol) for symbol in used))
+        gradient = differentiated(s, used)
+        velocities = ImmutableMatrix.vstack(*(rates.of(symbol) for symbol in used))
         size = a if self.dense else m(0, 0)
-        L = L.xreplace(dict(self.places))
-        if not self.dense:
-            L = L.xreplace({a: mu(2, 0) + mu(0, 2)})
-        L = L.xreplace({mu(0, 0): size, mu(1, 0): S.Zero, mu(0, 1): S.Zero})
-        by_size = L.xreplace({mu_ij: size * n_ij for mu_ij, n_ij in _ratios().items()})
+        ratios = {mu_ij: size * n_ij for mu_ij, n_ij in _ratios().items()}
+
+        def written(matrix: ImmutableMatrix) -> ImmutableMatrix:
+            matrix = matrix.xreplace(dict(self.places))
+            if not self.dense:
+                matrix = matrix.xreplace({a: mu(2, 0) + mu(0, 2)})
+            return matrix.xreplace({mu(0, 0): size, mu(1, 0): S.Zero, mu(0, 1): S.Zero})
+
+        if is_long(gradient):
+            # Of what the size of all moments does not change, each side has it once.
+            slopes, rows = written(gradient) * size, written(velocities) / size
+            linear = symbols_in(self.plane)
+            L = contracted(slopes.xreplace(ratios), rows.xreplace(ratios), linear)
+            return contracted(slopes, rows, linear) if L.has(size) else L
+        L = written(gradient * velocities)
+        by_size = L.xreplace(ratios)
         # Expanded first: cancel may take minutes over quotients nested in a sum.
         by_size = by_size.applyfunc(lambda entry: cancel(entry.expand()))
         L = L.applyfunc(cancel) if by_size.has(size) else by_size
@@ -144,7 +157,8 @@ class Moments:
             if not isinstance(expression, Expr):
                 raise InputError(
                     f"{expression!r} of feature {self.name!r} is no SymPy expression; write it "
-                    "with m(i, j), mu(i, j), x_g, y_g and a of vsctrl.derive.features.moments."
+                    "with m(i, j) and mu(i, j) of vsctrl.derive, and x_g, y_g and a of "
+                    "vsctrl.derive.features.moments."
                 )
             free = expression.free_symbols
             unknown = sorted(str(s) for s in free - known - set(self.parameters))

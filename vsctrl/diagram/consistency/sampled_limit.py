@@ -51,12 +51,13 @@ def approach(channel: NumericChannel, unit: float) -> Approach:
     """
     period = _period(channel, unit)
     digital = {block.name: "backward" for block in channel.system.blocks if block.improper}
-    omega = np.array([0.1, 0.4, 1.0, 2.0]) / unit
-    exact: Complex = channel(1j * omega)
+    # A little right of the axis, on which an oscillator has its poles.
+    points: Complex = (0.2 + 1j * np.array([0.1, 0.4, 1.0, 2.0])) / unit
+    exact: Complex = channel(points)
 
     def value(T: float, hold: str) -> Complex:
         twin = SampledSystem(channel.system, T, hold, digital)[channel.source, channel.target]
-        return np.asarray(channel.sign * twin(np.exp(1j * omega * T)), complex)
+        return np.asarray(channel.sign * twin(np.exp(points * T)), complex)
 
     def error(H: Complex) -> float:
         worst = float((np.abs(H - exact) / (1 + np.abs(exact))).max())

@@ -15,9 +15,11 @@ from typing import Any
 import sympy as sp
 
 from vsctrl.checks import decimal, quoted
-from vsctrl.diagram.description import control_systems
+from vsctrl.diagram.description import cascade, control_systems
 from vsctrl.errors import InputError
 from vsctrl.symbols import s
+
+LARGE = 10**15  #: integers beyond this are brought near 1
 
 _SUM = re.compile(r"\s*(?P<out>\S+)\s*=\s*(?P<terms>.+)")
 _TERM = re.compile(r"\s*(?P<sign>[+-])?\s*(?P<name>[^\s+-]+)\s*")
@@ -133,12 +135,20 @@ class Block:
 
 @dataclass(frozen=True)
 class Subdiagram(Block):
-    """A block that is a diagram; `parts` are what is in it, wired to what is around it."""
+    """A block that is a diagram; `parts` are what is in it, wired to what is around it.
+
+    `inner_names` maps its further inputs and outputs to what they are called inside.
+    """
 
     parts: tuple[Any, ...] = ()
+    inner_names: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
 
 
 Part = Block | Sum
+
+
+#: (power of s, ((delay symbol, power), …)) → a coefficient free of s
+Terms = dict[tuple[int, tuple[tuple[sp.Symbol, int], ...]], sp.Expr]
 
 
 @dataclass(frozen=True)
@@ -152,18 +162,45 @@ class Rational:
     num_expr: sp.Expr
     den_expr: sp.Expr
     delays: dict[sp.Symbol, sp.Expr]
-    num: dict[tuple[int, tuple[tuple[sp.Symbol, int], ...]], sp.Expr]
-    den: dict[tuple[int, tuple[tuple[sp.Symbol, int], ...]], sp.Expr]
+    num: Terms
+    den: Terms
 
     @classmethod
     def of(cls, expr: sp.Expr, name: str) -> Rational:
         """Read a block's expression; errors name the block."""
         plain, delays = delays_as_symbols(expr, name)
-        num, den = sp.fraction(sp.cancel(sp.together(plain)))
+        num, den = _levelled(*sp.fraction(sp.cancel(sp.together(plain))))
         if den == 0 or not (num.is_finite is not False and den.is_finite is not False):
             raise InputError(f"Block {name!r}: {expr} is infinite; check the division by zero.")
         gens = (s, *delays)
         return cls(num, den, delays, _terms(num, gens, name), _terms(den, gens, name))
+
+    @property
+    def factors(self) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
+        """(numerator, denominator) of sections in series, more than one where the order is high."""
+        return cascade.sections(self.num_expr, self.den_expr)
+
+    @property
+    def sections(self) -> tuple[tuple[Terms, Terms], ...]:
+        """The same with its coefficients, as `num` and `den` have them."""
+        if len(self.factors) == 1:
+            return ((self.num, self.den),)
+        gens = (s, *self.delays)
+        terms = (tuple(_terms(side, gens, "") for side in pair) for pair in self.factors)
+        return tuple((num, den) for num, den in terms)
+
+
+def _levelled(num: sp.Expr, den: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+    """Both divided by the power of 2 that leaves integers in den which floats can hold.
+
+    Decimals make integers of 16 digits each of a denominator, and a product of many is no float.
+    """
+    numbers = [abs(int(a)) for side in (num, den) for a in side.atoms(sp.Integer)]
+    if max(numbers, default=0) < LARGE:
+        return num, den
+    size = max(abs(int(a)) for a in den.atoms(sp.Integer)) if den.atoms(sp.Integer) else 1
+    unit = sp.Integer(2) ** size.bit_length()
+    return sp.expand(num / unit), sp.expand(den / unit)
 
 
 def delay_symbol(delay: sp.Expr) -> sp.Symbol:

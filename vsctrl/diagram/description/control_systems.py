@@ -32,8 +32,10 @@ def expression(value: Any, name: str) -> Any:
         )
     if value.ninputs != 1 or value.noutputs != 1:
         raise InputError(
-            f"Block {name!r}: the system has {value.ninputs} inputs and {value.noutputs} outputs; "
-            "give each channel a Block of its own, like system[0, 1]."
+            f"Block {name!r}: the system has {value.ninputs} inputs and {value.noutputs} outputs, "
+            "and a block has one of each; wire its equations from integrators and gains, which "
+            "share its states. Blocks for its channels, like system[0, 1], hold a copy of all "
+            "states each, and copies of an unstable one part, whatever is fed back."
         )
     if value.dt:
         raise InputError(

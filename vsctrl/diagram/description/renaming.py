@@ -29,7 +29,11 @@ def subdiagram(
     source, target = diagram.inputs[0], diagram.outputs[0]
     outer = Block(name, 1, wiring)
     inside = renamed(diagram, {source: outer.input, target: outer.output}, name)
-    return Subdiagram(name, transfer(source, target), wiring, parts=inside.parts)
+    names = dict(zip(inside.signals, diagram.signals, strict=True))
+    further = {outer: names[outer] for outer in (*inside.inputs[1:], *inside.outputs[1:])}
+    return Subdiagram(
+        name, transfer(source, target), wiring, parts=inside.parts, inner_names=further
+    )
 
 
 def renamed(diagram: M, signals: Mapping[str, str], name: str = "") -> M:

@@ -11,13 +11,14 @@ from typing import Any, Self
 import numpy as np
 import sympy as sp
 
+from vsctrl.caching import Caching
 from vsctrl.diagram.description.blocks import Block, Part, Subdiagram
 from vsctrl.errors import InputError, nearest
 from vsctrl.symbols import KEYWORDS, s
 
 
 @dataclass(frozen=True, init=False)
-class Wiring:
+class Wiring(Caching):
     """Blocks and sums joined wherever a signal name is the same, with named inputs and outputs."""
 
     parts: tuple[Part, ...]
@@ -42,7 +43,7 @@ class Wiring:
         for side, names, default in (("inputs", inputs, undriven), ("outputs", outputs, ends)):
             names = tuple(default) if names is None else _names(side, names)
             object.__setattr__(self, side, names)
-        _check_wiring(self, undriven, taken, ends)
+        _check_wiring(self, undriven, taken, ends, boxes)
         object.__setattr__(self, "shown", boxed(boxes, self))
         self.parameters  # noqa: B018 - refuses two symbols of one keyword
 
@@ -208,13 +209,25 @@ def _check_parts(parts: tuple[Part, ...]) -> None:
 
 
 def _check_wiring(
-    diagram: Wiring, undriven: Iterable[str], taken: set[str], ends: Iterable[str]
+    diagram: Wiring,
+    undriven: Iterable[str],
+    taken: set[str],
+    ends: Iterable[str],
+    boxes: tuple[Part, ...],
 ) -> None:
+    inside = {
+        outer: (inner, box.name)
+        for box in boxes
+        if isinstance(box, Subdiagram)
+        for outer, inner in box.inner_names.items()
+    }
     for name in undriven:
         if name not in diagram.inputs:
+            hint = nearest(name, diagram.signals)
+            if name in inside:
+                hint = ", the input {!r} of block {!r}".format(*inside[name])
             raise InputError(
-                f"Diagram: nothing drives signal {name!r}"
-                f"{nearest(name, diagram.signals)}; drive it or declare it in inputs."
+                f"Diagram: nothing drives signal {name!r}{hint}; drive it or declare it in inputs."
             )
     for name in diagram.inputs:
         if name in diagram.drivers:
@@ -231,8 +244,11 @@ def _check_wiring(
         diagram.require(name)
     for name in ends:
         if name not in diagram.outputs:
+            what, hint = str(diagram.drivers[name]), nearest(name, taken)
+            if name in inside:
+                what, hint = "output {!r} of block {!r}".format(*inside[name]), ""
             raise InputError(
-                f"Diagram: {diagram.drivers[name]} leads nowhere{nearest(name, taken)}; "
+                f"Diagram: {what} leads nowhere{hint}; "
                 f"let a part take {name!r} or declare it in outputs."
             )
     for name in diagram.drivers:

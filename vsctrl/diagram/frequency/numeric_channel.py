@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vsctrl.caching import Caching
 from vsctrl.checks import decimal, points
 from vsctrl.diagram.frequency.corners import corners, removable_poles
 from vsctrl.diagram.frequency.local_quotient import LocalQuotient, local_quotient
@@ -26,7 +27,7 @@ AT_ONCE = 8192
 
 
 @dataclass(frozen=True)
-class NumericChannel:
+class NumericChannel(Caching):
     """A transfer function from an input to a signal of a diagram in numbers, `sign` included."""
 
     system: Numeric

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from vsctrl.arrays import Array, Complex
 from vsctrl.checks import reals, unusable
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
+from vsctrl.diagram.pade.approximant import Degrees
 from vsctrl.diagram.pade.band import checked_band
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.signals.elementary import Step
@@ -40,20 +41,21 @@ CHUNK = 2_000_000  #: complex numbers that are worked on at once
 class PadeModel(control.StateSpace):
     """A channel whose delays are Padé models of one order: a `control.StateSpace` with its error.
 
-    `order` is that of each delay's model, `exact` the channel that it stands for, `band` (rad/s)
-    where its error is looked for. Sums, products and loops made of it are plain state spaces.
+    `degrees` are those of each delay's model, `exact` is the channel that it stands for, and its
+    error is looked for over `band` (rad/s). Sums, products and loops made of it are plain state
+    spaces.
     """
 
     def __init__(
         self,
         matrices: tuple[Array, Array, Array, Array],
         exact: NumericChannel,
-        order: int,
+        degrees: Degrees,
         band: tuple[float, float],
         **names: Any,
     ) -> None:
         super().__init__(*matrices, **names)
-        self.order = order
+        self.degrees = degrees
         self.exact = exact
         self.band = band
 
@@ -64,8 +66,23 @@ class PadeModel(control.StateSpace):
         """
         twin = type(self).__new__(type(self))
         memo |= {id(self): twin, id(self.exact): self.exact}
-        twin.__dict__.update(copy.deepcopy(self.__dict__, memo))
+        twin.__setstate__(copy.deepcopy(self.__getstate__(), memo))
         return twin
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All but the two functions that python-control makes of a system: they cannot travel."""
+        return {k: v for k, v in vars(self).copy().items() if k not in ("updfcn", "outfcn")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        matrices = (state[letter] for letter in "ABCD")
+        super().__init__(*matrices, name=state["name"])
+        self.__dict__.update(state)
+
+    @property
+    def order(self) -> int | Degrees:
+        """The order of each delay's model, or its degrees where these are not equal."""
+        m, n = self.degrees
+        return n if m == n else self.degrees
 
     @property
     def delays(self) -> tuple[float, ...]:
@@ -163,7 +180,7 @@ class PadeModel(control.StateSpace):
         """Order, delays (s), band (rad/s) and largest error as JSON takes them."""
         frequency, error = self.worst()
         return {
-            "order": self.order,
+            "order": plain(self.order),
             "delays": list(self.delays),
             "band": list(self.band),
             "worst_frequency": plain(frequency),

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vsctrl.checks import is_whole
+from vsctrl.checks import is_whole, quoted
 from vsctrl.diagram.frequency.margins import Margins, margins
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
-from vsctrl.diagram.pade.approximant import matrices, pade_delay
+from vsctrl.diagram.pade.approximant import Degrees, SingularLoopError, matrices, pade_delay
 from vsctrl.diagram.pade.band import Band, checked_band
 from vsctrl.errors import InputError, LimitError
 
@@ -40,13 +40,10 @@ def model(channel: NumericChannel, order: object, tol: object, band: object) -> 
     _check_one_is_given(order, tol)
     limits = checked_band(channel, band)
     if tol is None:
-        if not is_whole(order) or not 1 <= order <= MOST:
-            remedy = f"give a whole number 1 to {MOST}"
-            raise InputError(f"pade: order = {order!r} is not usable; {remedy}.")
-        return _of_order(channel, int(order), limits)
+        return _of_order(channel, _checked_order(order), limits)
     bound = _checked_tolerance(tol)
     if not channel.realisation.delays:
-        return _of_order(channel, 1, limits)
+        return _of_order(channel, (1, 1), limits)
 
     def judge(candidate: PadeModel) -> Judgement:
         # A few frequencies are enough to see that most orders fail.
@@ -56,7 +53,7 @@ def model(channel: NumericChannel, order: object, tol: object, band: object) -> 
     smallest, best, *_ = _smallest(channel, bound, limits, judge)
     if smallest is not None:
         return smallest
-    omega, least = _of_order(channel, best, limits).worst()
+    omega, least = _of_order(channel, (best, best), limits).worst()
     raise InputError(
         f"pade: tol = {bound:g} is reached by no order up to {MOST} from {limits[0]:g} to "
         f"{limits[1]:g} rad/s; the best is order {best}, off by {least:.2g} at {omega:.4g} rad/s. "
@@ -80,7 +77,7 @@ def model_for(
         raise InputError("pade: margins look at all frequencies; leave out band or on='margins'.")
     bound, limits = _checked_tolerance(tol), checked_band(loop, None)
     if not loop.realisation.delays:
-        return _of_order(loop, 1, limits)
+        return _of_order(loop, (1, 1), limits)
     smallest, best, least, worst = _smallest(loop, bound, limits, partial(_disagreement, exact()))
     if smallest is not None:
         return smallest
@@ -99,12 +96,20 @@ def _smallest(
     """
     best, least, worst = 0, math.inf, ""
     for n in range(1, MOST + 1):
-        candidate = _of_order(channel, n, band)
+        try:
+            candidate = _of_order(channel, (n, n), band)
+        except SingularLoopError:
+            continue
         error, which = judge(candidate)
         if error <= bound:
             return candidate, n, error, which
         if error < least or not best:
             best, least, worst = n, error, which
+    if not best:
+        raise InputError(
+            "pade: with models of equal degrees, of any order, a loop becomes algebraic and "
+            "singular; give order=(3, 4), the degrees of numerator and denominator."
+        )
     return None, best, least, worst
 
 
@@ -112,7 +117,7 @@ def model_margins(model: PadeModel) -> Margins:
     """The margins of a model of L, read as the exact ones are but from the rational function."""
     system = model.exact.realisation
     rates = [np.abs(np.linalg.eigvals(system.A)), 1 / system.tau]
-    rates += [np.abs(np.linalg.eigvals(pade_delay(tau, model.order)[0])) for tau in system.tau]
+    rates += [np.abs(np.linalg.eigvals(pade_delay(tau, model.degrees)[0])) for tau in system.tau]
     closed = model.A - model.B @ model.C / (1 + model.D[0, 0])
     unstable = int((np.linalg.eigvals(closed).real > -1e-12).sum())
     return margins(model.values, np.concatenate(rates), 0.0, unstable)
@@ -152,13 +157,13 @@ def _relative(value: float, exact: float) -> float:
     return abs(value / exact - 1)
 
 
-def _of_order(channel: NumericChannel, order: int, band: Band) -> PadeModel:
+def _of_order(channel: NumericChannel, degrees: Degrees, band: Band) -> PadeModel:
     from vsctrl.diagram.pade.model import PadeModel
 
-    A, B, C, D = matrices(channel.realisation, order)
+    A, B, C, D = matrices(channel.realisation, degrees)
     signed = A, B, channel.sign * C, channel.sign * D
     ends = {"inputs": [channel.source], "outputs": [channel.target]}
-    return PadeModel(signed, channel, order, band, **ends)
+    return PadeModel(signed, channel, degrees, band, **ends)
 
 
 def _check_one_is_given(order: object, tol: object) -> None:
@@ -167,6 +172,19 @@ def _check_one_is_given(order: object, tol: object) -> None:
             f"pade: order = {order!r} and tol = {tol!r}; give one of the two, an order from "
             f"1 to {MOST} or a relative error as tol=1e-6."
         )
+
+
+def _checked_order(order: object) -> Degrees:
+    """The degrees of numerator and denominator, equal where one number is given."""
+    pair = (order, order) if is_whole(order) else order
+    if isinstance(pair, tuple | list) and len(pair) == 2:
+        m, n = pair
+        if is_whole(m) and is_whole(n) and 0 <= m <= n and 1 <= n <= MOST:
+            return int(m), int(n)
+    raise InputError(
+        f"pade: order = {quoted(order)} is not usable; give a whole number 1 to {MOST}, or two as "
+        "(3, 4), the degree of the numerator, at most that of the denominator, and of the latter."
+    )
 
 
 def _checked_tolerance(tol: object) -> float:

@@ -7,9 +7,7 @@ dark scheme. Where things stand is decided in `place`, `grid`, `route` and `layo
 from __future__ import annotations
 
 import hashlib
-import re
 from functools import lru_cache
-from html import escape
 
 from vsctrl.diagram.description.blocks import Block
 from vsctrl.diagram.description.wiring import Wiring
@@ -18,6 +16,7 @@ from vsctrl.diagram.picture.grid import Grid, build
 from vsctrl.diagram.picture.layout import RADIUS, Box, Label, Path, Picture, Size, arrange
 from vsctrl.diagram.picture.place import Graph
 from vsctrl.diagram.picture.route import route
+from vsctrl.tables import escaped
 
 MATH, NAME, SIGNAL = 17.0, 11.5, 15.0  #: font sizes, px
 _BAR = 0.5  #: em from a fraction's bar to the ink beside it
@@ -57,8 +56,8 @@ def svg(diagram: Wiring) -> str:
         f'<svg xmlns="http://www.w3.org/2000/svg" id="{name}" role="img" '
         f'aria-labelledby="{name}-title {name}-desc" width="{width}" '
         f'viewBox="0 0 {width} {height}" style="max-width:100%;height:auto">\n'
-        f'<title id="{name}-title">{_xml(title)}</title>\n'
-        f'<desc id="{name}-desc">{_xml(about)}</desc>\n'
+        f'<title id="{name}-title">{escaped(title)}</title>\n'
+        f'<desc id="{name}-desc">{escaped(about)}</desc>\n'
         f"<style>{_STYLE.format(id=name)}</style>\n{body}\n</svg>\n"
     )
 
@@ -95,11 +94,6 @@ def signal_width(name: str) -> float:
     return typeset.symbol(name).width * SIGNAL
 
 
-def _xml(text: str) -> str:
-    """User text as XML character data; characters that XML does not know are replaced."""
-    return escape(re.sub(r"[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text))
-
-
 def _n(value: float) -> str:
     """A coordinate, as short as it is exact enough."""
     return f"{value:.1f}".removesuffix(".0")
@@ -119,7 +113,7 @@ def _wire(path: Path) -> str:
 
 def _node(grid: Grid, box: Box, formulas: dict[int, typeset.Formula]) -> str:
     part = grid.graph.nodes[box.node].part
-    title = f"<title>{_xml(_described(part))}</title>"
+    title = f"<title>{escaped(_described(part))}</title>"
     if not isinstance(part, Block):
         return f'<g>{title}<circle class="box" cx="{_n(box.x)}" cy="{_n(box.y)}" r="{RADIUS}"/></g>'
     x, y = box.x - box.width / 2, box.y - box.height / 2
@@ -162,7 +156,7 @@ def _text(line: typeset.Line, x: float, y: float, size: float, more: str = "") -
         look += f' dx="{_n(run.skip * size)}"' if run.skip else ""
         look += f' dy="{_n(shift)}"' if shift else ""
         look += f' font-size="{_n(run.size * size)}"' if run.size != 1 else ""
-        text = _xml(run.text)
+        text = escaped(run.text)
         spans.append(f"<tspan{look}>{text}</tspan>" if look else text)
     return f'<text{more} x="{_n(x)}" y="{_n(y)}">{"".join(spans)}</text>'
 

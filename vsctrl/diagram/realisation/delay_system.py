@@ -20,10 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.arrays import Array
+from vsctrl.caching import Caching
 
 
 @dataclass(frozen=True)
-class DelaySystem:
+class DelaySystem(Caching):
     """A (n, n), B (n, r+m), C (p+m, n), D (p+m, r+m) and the m delays in seconds, all > 0."""
 
     A: Array
@@ -101,6 +102,16 @@ class DelaySystem:
         lag = np.exp(-s[..., None] * tau)[..., None]
         matrix = fixed + s[..., None, None] * unit - lag * delayed
         return np.asarray(matrix, complex), np.asarray(unit + lag * slope, complex)
+
+    def rounding(self, s: NDArray[np.complex128]) -> NDArray[np.float64]:
+        """Σ |terms| of each entry of `characteristic`, whose rounding is ε of that; same shape.
+
+        e^{−sτ} is known to ε (1 + |s| τ), as s τ is rounded.
+        """
+        tau, fixed, unit, delayed, _ = self._affine
+        size = np.abs(s)[..., None]
+        lag = (np.exp(-s.real[..., None] * tau) * (1 + size * tau))[..., None]
+        return np.asarray(np.abs(fixed) + size[..., None] * unit + lag * np.abs(delayed), float)
 
     def transfer(self, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """The p×r transfer matrix at each point `s` (rad/s), exact; (…, p, r)."""

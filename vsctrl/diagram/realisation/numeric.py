@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from vsctrl.caching import Caching
 from vsctrl.checks import decimal
 from vsctrl.diagram.realisation import assembly, delay_system
 from vsctrl.diagram.symbolic import coefficients
@@ -13,7 +14,7 @@ from vsctrl.symbols import Expr
 
 
 @dataclass(frozen=True)
-class Numeric:
+class Numeric(Caching):
     """A diagram with a number for every parameter (SI units)."""
 
     diagram: Model

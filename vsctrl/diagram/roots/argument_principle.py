@@ -13,16 +13,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vsctrl.arrays import Array, Complex
+from vsctrl.arrays import Complex
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.reduction import delays_in_loops
+from vsctrl.diagram.roots import box
 from vsctrl.diagram.roots.neutral import DifferenceOperator, perron
-from vsctrl.diagram.roots.rightmost import rightmost
+from vsctrl.diagram.roots.rightmost import first, rightmost
+from vsctrl.diagram.roots.winding import MOST_SAMPLES, phase
 from vsctrl.errors import InputError, LimitError
 from vsctrl.tables import Numbers
 
-MOST_SAMPLES = 500_000
 MOST_LISTED = 64  #: roots that are worked out one by one
+FURTHEST = 5_000  #: height, times the delays, of a rectangle that is searched by halving
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,8 @@ def roots_right_of(system: DelaySystem, sigma: float = 0.0) -> RootsRight:
     chain = operator.spectral_abscissa() / unit
     count = _count(system, operator, sigma)
     roots = _listed(system, sigma, count)
+    if count is not None and len(roots) != count <= MOST_LISTED:
+        roots = _searched(system, operator, sigma, roots)
     if count is None:
         why = (
             "a root lies too near the line, or the determinant turns too often to follow"
@@ -81,6 +85,23 @@ def _listed(system: DelaySystem, sigma: float, count: float | None) -> Complex:
         if count is None or len(roots) >= min(count, MOST_LISTED) or wanted >= MOST_LISTED:
             return roots[:MOST_LISTED]
         wanted = min(2 * wanted + 6, MOST_LISTED)
+
+
+def _searched(
+    system: DelaySystem, operator: DifferenceOperator, sigma: float, roots: Complex
+) -> Complex:
+    """The roots right of the line by halving the rectangle that holds them all, or those given."""
+    unit = float(max(system.delays, default=1))
+    scaled = system.scaled(unit)
+    least = operator.lower_bound(sigma * unit)
+    if not least:
+        return roots
+    with np.errstate(over="ignore", invalid="ignore"):
+        top = frequency_bound(scaled, sigma * unit, least)
+    if not top * scaled.tau.sum() <= FURTHEST or not top > sigma * unit:
+        return roots
+    found = box.search(scaled, (sigma * unit, top), (-top, top), roots * unit)
+    return roots if found.held is None else first(found.roots / unit, MOST_LISTED)
 
 
 def _about(strongly: bool | None, line: float, sigma: float) -> str:
@@ -149,11 +170,11 @@ def _winding_count(system: DelaySystem, sigma: float, least: float) -> int | Non
     if n == 0:
         return 0
     with np.errstate(over="ignore", invalid="ignore"):
-        top = _frequency_bound(system, sigma, least)
+        top = frequency_bound(system, sigma, least)
     if not top * system.tau.sum() <= MOST_SAMPLES:
         return None
     omega = np.linspace(0.0, top, 33)
-    phase, reach = _phase(system, sigma, omega)
+    turn, reach = phase(system, sigma, omega)
     while True:
         # Between two points no nearer root than that can hide, so the shorter way round is it.
         gap = np.diff(omega)
@@ -163,19 +184,19 @@ def _winding_count(system: DelaySystem, sigma: float, least: float) -> int | Non
         if len(omega) + len(rough) > MOST_SAMPLES or gap[rough].min() < 1e-15 * top:
             return None
         middle = (omega[rough] + omega[rough + 1]) / 2
-        new, near = _phase(system, sigma, middle)
+        new, near = phase(system, sigma, middle)
         omega = np.insert(omega, rough + 1, middle)
-        phase, reach = np.insert(phase, rough + 1, new, 1), np.insert(reach, rough + 1, near)
-    step = np.angle(np.exp(1j * np.diff(phase)))
+        turn, reach = np.insert(turn, rough + 1, new, 1), np.insert(reach, rough + 1, near)
+    step = np.angle(np.exp(1j * np.diff(turn)))
     end = sigma + 1j * top
-    ratio = float(phase[0, -1] - phase[1, -1]) - n * float(np.angle(end))
+    ratio = float(turn[0, -1] - turn[1, -1]) - n * float(np.angle(end))
     rest = n * (math.pi / 2 - float(np.angle(end))) - math.remainder(ratio, 2 * math.pi)
     turned = n / 2 - (float((step[0] - step[1]).sum()) + rest) / math.pi
     count = round(turned)
     return count if abs(turned - count) < 0.01 and count >= 0 else None
 
 
-def _frequency_bound(system: DelaySystem, sigma: float, least: float) -> float:
+def frequency_bound(system: DelaySystem, sigma: float, least: float) -> float:
     """A frequency beyond which |g/sⁿ − 1| < 1.
 
     g = det(sI − X), |X| ≤ |A| + |B₂| |E⁻¹Δ| |C₂| =: P in each entry, so no eigenvalue of X is
@@ -193,39 +214,3 @@ def _frequency_bound(system: DelaySystem, sigma: float, least: float) -> float:
         most = np.full((m, m), adjugate / least) * lag
     P = np.abs(system.A) + np.abs(B2) @ most @ np.abs(C2)
     return 1.01 * perron(P) / (2 ** (1 / n) - 1) + 1e-300
-
-
-def _phase(system: DelaySystem, sigma: float, omega: Array) -> tuple[Array, Array]:
-    """arg det M and arg det E at points σ + jω of a line, and how far along it neither turns by π.
-
-    M(s + jδ) = M(s) (I + Y), the eigenvalues of Y at most δ times the Perron root y of
-    |[[I, 0], [−C₂, −D₂₂]] M⁻¹| diag(1, τ|Δ|), and each turns det M by asin(δ y) at most.
-    """
-    n = len(system.A)
-    _, C2, D = system.inner
-    weight = np.r_[np.ones(n), system.tau * np.exp(-sigma * system.tau)]
-    matrix = system.characteristic(np.asarray(sigma + 1j * omega))
-    change = np.block([[np.eye(n), np.zeros((n, len(D)))], [C2, D]])
-    rank = int(np.linalg.matrix_rank(D)) if D.any() else 0
-    phase = np.zeros((2, len(omega)))
-    phase[0], reach = _argument(matrix, change, weight, n + rank)
-    if rank:
-        phase[1], near = _argument(matrix[:, n:, n:], D, weight[n:], rank)
-        reach = np.minimum(reach, near)
-    return phase, reach
-
-
-def _argument(matrix: Complex, change: Array, weight: Array, rank: int) -> tuple[Array, Array]:
-    """The argument of a determinant and the δ up to which I + δY turns it by less than π.
-
-    Y has `rank` eigenvalues that are not zero; on a root δ is 0.
-    """
-    det = np.linalg.det(matrix)
-    matrix = np.where((det == 0)[:, None, None], np.eye(matrix.shape[-1]), matrix)
-    with np.errstate(all="ignore"):
-        power = np.abs(change @ np.linalg.inv(matrix)) * weight
-        for _ in range(3):
-            power = power @ power
-        y = power.sum(-1).max(-1) ** 0.125  # the Perron root, from above
-        reach = 0.99 * math.sin(math.pi / max(rank, 2)) / (y + 1e-300)
-    return np.angle(det), np.where((det == 0) | ~np.isfinite(y), 0.0, reach)

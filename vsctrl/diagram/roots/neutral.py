@@ -76,7 +76,7 @@ class DifferenceOperator:
         least = self._least_on_circle(sigma)
         if least is not None:
             return least
-        return 0.0 if (self._zeros(sigma).real > sigma + 1e-15).any() else None
+        return 0.0 if (self.zeros_near(sigma).real > sigma + 1e-15).any() else None
 
     def spectral_abscissa(self) -> float:
         """c_D, the supremum of the real parts of the zeros of f; −inf without any.
@@ -98,7 +98,7 @@ class DifferenceOperator:
         if steps[-1] > MOST_STEPS:
             return high
         # The rightmost zero is among those that are seen from there, which is made sure of.
-        line = float(self._zeros(high).real.max(initial=-math.inf))
+        line = float(self.zeros_near(high).real.max(initial=-math.inf))
         return line if self.lower_bound(line + 1e-5 / float(self.terms.T[-1])) else high
 
     def robust_abscissa(self) -> float:
@@ -182,9 +182,10 @@ class DifferenceOperator:
             samples *= 4
         return None
 
-    def _zeros(self, sigma: float) -> Complex:
+    def zeros_near(self, sigma: float) -> Complex:
         """Zeros of f near Re s = sigma, by Newton's method from where |f| is small on the line."""
-        assert self.terms is not None
+        if self.terms is None:
+            return np.zeros(0, complex)
         c, T = self.terms.c, self.terms.seconds
         top = min(math.pi / self._steps()[0], 1e4 / T[-1])
         omega = np.linspace(0.0, top, math.ceil(10 * top * T[-1]) + 50)

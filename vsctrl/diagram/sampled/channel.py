@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vsctrl.arrays import Array, Complex
+from vsctrl.caching import Caching
 from vsctrl.checks import frequencies, is_whole, points, quoted, reals
 from vsctrl.diagram.frequency.margins import Margins, margins
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
@@ -56,7 +57,7 @@ class Twin(Protocol):
 
 
 @dataclass(frozen=True)
-class SampledChannel:
+class SampledChannel(Caching):
     """A transfer function in z between an input and the samples of a signal, `sign` included."""
 
     twin: Twin

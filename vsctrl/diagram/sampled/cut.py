@@ -7,7 +7,7 @@ two halves are closed to one `difference_equation`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from vsctrl import timing
 from vsctrl.arrays import Array
 from vsctrl.diagram.description.blocks import Block, Part
+from vsctrl.diagram.numerics.graphs import reached
 from vsctrl.diagram.realisation import assembly
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.sampled import zero_order_hold
@@ -155,6 +156,23 @@ def closed(loop: DifferenceEquation, sign: int, hold: str) -> DifferenceEquation
     return DifferenceEquation(
         _solved(taps, loop.states, loop.held + 1, hold), loop.states, loop.held + 1
     )
+
+
+def without_differentiated_inputs(parts: Cut) -> Cut:
+    """The same with the outputs of improper blocks that the hold does not reach zero.
+
+    The same one where there are none. The poles of those blocks and of all others stay.
+    """
+    after = reached(
+        parts.held,
+        lambda name: [part.output for part in parts.diagram.parts if name in part.inputs],
+    )
+    pairs = zip(parts.diagram.blocks, parts.blocks, strict=True)
+    blocks = [
+        replace(b, num={}, cascade=()) if b.improper and block.output not in after else b
+        for block, b in pairs
+    ]
+    return parts if blocks == parts.blocks else replace(parts, blocks=blocks)
 
 
 def _into(taps: dict[int, Array], d: int, rows: slice, values: Array) -> None:

@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl.arrays import Array
+from vsctrl.caching import Caching
 
 _Rows = tuple[list[int], list[int], Array]  #: (rows, their depth, mix of them)
 
 
 @dataclass(frozen=True)
-class DifferenceEquation:
+class DifferenceEquation(Caching):
     """The closed loop: taps[d] over rows [x⁺; v; y] and columns [x; v; e], v[k] solved for."""
 
     taps: dict[int, Array]

@@ -21,7 +21,9 @@ from itertools import pairwise
 import numpy as np
 
 from vsctrl.arrays import Array, Complex
+from vsctrl.caching import Caching
 from vsctrl.checks import is_whole
+from vsctrl.diagram.numerics.graphs import components
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
 from vsctrl.errors import InputError, LimitError
 
@@ -46,17 +48,45 @@ def poles(equation: DifferenceEquation) -> Complex:
     m = equation.inner
     inner = {d: matrix[:m, :m] for d, matrix in equation.taps.items() if d == 0 or matrix.any()}
     equation = DifferenceEquation(inner, equation.states, equation.held)
+    parts = [_of_loop(part) for part in _loops(equation)]
+    # Between the loops nothing but registers that empty themselves.
+    z = np.concatenate([*parts, np.zeros(0, complex)])
+    z = z[np.argsort(z == 0, kind="stable")]
+    z = np.pad(z, (0, max(0, equation.order - len(z))))[: equation.order]
+    order = np.lexsort((-z.imag, np.round(np.abs(np.angle(z)), 9), -np.round(np.abs(z), 12)))
+    return z[order]
+
+
+def _loops(equation: DifferenceEquation) -> list[DifferenceEquation]:
+    """The parts that act on themselves, whose determinants make up that of the whole.
+
+    Integrators in a row then have their pole at 1 each, instead of one that is multiple.
+    """
+    acts = sum(np.abs(matrix) for matrix in equation.taps.values())
+    label = components(np.asarray(acts))
+    out = []
+    for k in range(int(label.max(initial=-1)) + 1):
+        at = np.flatnonzero(label == k)
+        states = int((at < equation.states).sum())
+        taps = {d: matrix[np.ix_(at, at)] for d, matrix in equation.taps.items()}
+        taps = {d: matrix for d, matrix in taps.items() if d == 0 or matrix.any()}
+        if any(matrix.any() for matrix in taps.values()):
+            out.append(DifferenceEquation(taps, states, len(at) - states))
+    return out
+
+
+def _of_loop(equation: DifferenceEquation) -> Complex:
+    """The poles of a part all of which acts on itself, in no order."""
     z = _dense(equation) if equation.order <= DENSE else None
     if z is None:
         series = _determinant(equation)
         z = _simultaneous(equation, series) if series else _dense(equation, last=True)
     if z is None:
         raise LimitError(
-            f"poles: the loop cancels a delay of {max(inner)} samples (a Smith predictor?), and "
-            "what is left cannot be told from rounding; take responses, or a longer period."
+            f"poles: the loop cancels a delay of {max(equation.taps)} samples (a Smith predictor?),"
+            " and what is left cannot be told from rounding; take responses, or a longer period."
         )
-    order = np.lexsort((-z.imag, np.round(np.abs(np.angle(z)), 9), -np.round(np.abs(z), 12)))
-    return z[order]
+    return z
 
 
 # Few states: eigenvalues -------------------------------------------------------------------------
@@ -265,7 +295,7 @@ def _too_many(count: int, most: int) -> LimitError:
 
 
 @dataclass(frozen=True)
-class Poles:
+class Poles(Caching):
     """The poles of a difference equation, worked out once."""
 
     equation: DifferenceEquation

@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from vsctrl.arrays import Complex
+from vsctrl.caching import Caching
 from vsctrl.checks import decimal, is_finite, quoted
 from vsctrl.diagram.description.blocks import Block
 from vsctrl.diagram.description.wiring import is_channel
@@ -34,7 +35,7 @@ MOST_PERIODS = 10**8  #: of the longest delay
 
 
 @dataclass(frozen=True)
-class SampledSystem:
+class SampledSystem(Caching):
     """A `System` whose signal `hold` is sampled at t = k·period and held, delays exact.
 
     What is held changes the answer. Here the loop is closed *after* the hold has been put into it:
@@ -47,7 +48,8 @@ class SampledSystem:
     (z − 1)/(T z) or "tustin" 2(z − 1)/(T(z + 1)), which leaves static gains as they are.
     Where a held signal jumps at a sample, samples are right limits: all see the new value.
     Errors: `InputError` for a bad period, signal, block or method, for a loop of delays that the
-    hold does not cut, and for a block upstream of the hold that differentiates a held signal.
+    hold does not cut, and for a block upstream of the hold that differentiates a held signal: at
+    once where it is in the loop, else when a channel is asked for that contains it.
     """
 
     system: Numeric
@@ -57,7 +59,7 @@ class SampledSystem:
 
     def __post_init__(self) -> None:
         _check(self.system, self.period, self.hold, self.digital)
-        self.difference_equation(())
+        self._of_the_loop(())
 
     def __getitem__(self, channel: tuple[str, str]) -> SampledChannel:
         """The channel from an input to the samples of any signal, ``twin["S_ref", "S"]``."""
@@ -116,7 +118,7 @@ class SampledSystem:
 
     @cached_property
     def _closed_loop(self) -> Poles:
-        return Poles(self.difference_equation(self.system.diagram.outputs))
+        return Poles(self._of_the_loop(self.system.diagram.outputs))
 
     @cached_property
     def _seconds(self) -> Fraction:
@@ -126,14 +128,29 @@ class SampledSystem:
     def _cut(self) -> cut.Cut:
         return cut.cut(self.system, self._seconds, self.hold, dict(self.digital))
 
+    def _of_the_loop(self, targets: tuple[str, ...]) -> DifferenceEquation:
+        """The closed loop, whose poles do not depend on what differentiates an input outside it."""
+        try:
+            return self.difference_equation(targets)
+        except ImproperError:
+            alone = cut.without_differentiated_inputs(self._cut)
+            if alone is self._cut:
+                raise
+            return self._closed(alone, self.system.diagram.inputs, targets)
+
     def difference_equation(
         self, targets: tuple[str, ...], source: str | None = None
     ) -> DifferenceEquation:
         """The closed loop from the inputs (or one of them) to the samples of some signals."""
         sources = self.system.diagram.inputs if source is None else (source,)
+        return self._closed(self._cut, sources, targets)
+
+    def _closed(
+        self, parts: cut.Cut, sources: tuple[str, ...], targets: tuple[str, ...]
+    ) -> DifferenceEquation:
         try:
             with np.errstate(over="ignore", invalid="ignore"):
-                closed = cut.close(self._cut, self._seconds, self.hold, sources, targets)
+                closed = cut.close(parts, self._seconds, self.hold, sources, targets)
             if all(np.isfinite(matrix).all() for matrix in closed.taps.values()):
                 return closed
             raise self._overflow()
@@ -144,7 +161,7 @@ class SampledSystem:
             if not names:
                 raise
             listed = " and ".join(map(repr, names))
-            raise InputError(
+            raise ImproperError(
                 f"sampled: block {listed} is improper (more powers of s above than below) and "
                 f"would differentiate a held signal; name it in digital, like "
                 f'digital={{"{names[0]}": "backward"}}, or set its gain to 0.'

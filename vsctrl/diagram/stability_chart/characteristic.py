@@ -19,6 +19,7 @@ import numpy as np
 import sympy as sp
 
 from vsctrl.arrays import Array, Complex
+from vsctrl.caching import Caching
 from vsctrl.diagram.description.wiring import Wiring, resolve
 from vsctrl.diagram.numerics.graphs import components
 from vsctrl.symbols import s
@@ -27,7 +28,7 @@ TURN = np.exp(2j * np.pi * (np.arange(64) + 0.5) / 64)
 
 
 @dataclass(frozen=True)
-class Determinant:
+class Determinant(Caching):
     """F(s; x, y)/sᵐ over a rectangle, m the roots that lie at 0 for all x and y.
 
     `box` is ((x₀, x₁), (y₀, y₁)); the places u and v run over it from 0 to 1. `unit` is a

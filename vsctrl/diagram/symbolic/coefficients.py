@@ -11,19 +11,31 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from vsctrl.caching import Caching
 from vsctrl.checks import decimal
-from vsctrl.diagram.description.blocks import delay_symbol
+from vsctrl.diagram.description.blocks import Rational, Terms, delay_symbol
 from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.errors import InputError
+
+Side = dict[tuple[int, Fraction], float]  #: (power of s, delay in seconds) → coefficient
 
 
 @dataclass(frozen=True)
 class BlockCoefficients:
-    """One block in numbers: (power of s, delay in seconds) → coefficient, for num and den."""
+    """One block in numbers: (power of s, delay in seconds) → coefficient, for num and den.
+
+    Of a high order it also has `cascade`, the same as blocks in series.
+    """
 
     name: str
-    num: dict[tuple[int, Fraction], float]
-    den: dict[tuple[int, Fraction], float]
+    num: Side
+    den: Side
+    cascade: tuple[tuple[Side, Side], ...] = ()
+
+    @property
+    def sections(self) -> tuple[tuple[Side, Side], ...]:
+        """(num, den) of blocks in series that it is made of: itself, or those of `cascade`."""
+        return self.cascade or ((self.num, self.den),)
 
     @property
     def delays(self) -> set[Fraction]:
@@ -41,14 +53,15 @@ class BlockCoefficients:
         return max((k for k, _ in self.num), default=0) > self.order
 
 
-class Coefficients:
+class Coefficients(Caching):
     """Every coefficient and delay of a diagram as one compiled function of its parameters."""
 
     def __init__(self, diagram: Wiring) -> None:
         self._diagram = diagram
         ratios = [block.rational for block in diagram.blocks]
         self._delays = list({q: tau for r in ratios for q, tau in r.delays.items()}.values())
-        flat = [c for ratio in ratios for side in (ratio.num, ratio.den) for c in side.values()]
+        sides = [side for ratio in ratios for side in _sides(ratio)]
+        flat = [c for side in sides for c in side.values()]
         symbols = list(diagram.parameters.values())
         self._flat = sp.lambdify(symbols, [*self._delays, *flat], modules="math", cse=True)
 
@@ -78,10 +91,13 @@ class Coefficients:
         rest = iter(numbers[len(self._delays) :])
         blocks = []
         for block in self._diagram.blocks:
-            num = self._side(block.rational.num, rest, delays, block.name)
-            den = self._side(block.rational.den, rest, delays, block.name)
-            _check_causal(block.name, den)
-            blocks.append(_levelled(BlockCoefficients(block.name, num, den)))
+            ratio, name = block.rational, block.name
+            num, den, *more = (self._side(side, rest, delays, name) for side in _sides(ratio))
+            _check_causal(name, den)
+            cascade = tuple(_levelled(*pair) for pair in zip(more[::2], more[1::2], strict=True))
+            # A coefficient that is zero at these values may have taken a section's order.
+            whole = all(pair[1] for pair in cascade)
+            blocks.append(BlockCoefficients(name, *_levelled(num, den), cascade if whole else ()))
         return blocks
 
     def _side(
@@ -96,20 +112,25 @@ class Coefficients:
         return {key: value for key, value in out.items() if value}
 
 
-def _levelled(block: BlockCoefficients) -> BlockCoefficients:
-    """The block with numerator and denominator divided by the power of 2 that leaves den near 1.
+def _sides(ratio: Rational) -> list[Terms]:
+    """Numerator and denominator of a block, and those of its sections where it has several."""
+    sections = ratio.sections if len(ratio.factors) > 1 else ()
+    return [ratio.num, ratio.den, *(side for pair in sections for side in pair)]
+
+
+def _levelled(num: Side, den: Side) -> tuple[Side, Side]:
+    """Numerator and denominator divided by the power of 2 that leaves den near 1.
 
     Cancelling decimals leaves numbers like 10¹⁷ on both sides, which the states would inherit.
     """
-    shift = -math.frexp(max(abs(c) for c in block.den.values()))[1]
+    shift = -math.frexp(max((abs(c) for c in den.values()), default=1.0))[1]
     try:
-        num, den = (
-            {key: math.ldexp(c, shift) for key, c in side.items()}
-            for side in (block.num, block.den)
+        level_num, level_den = (
+            {key: math.ldexp(c, shift) for key, c in side.items()} for side in (num, den)
         )
     except OverflowError:  # a gain beyond 1e308 is left for those who use it to refuse
-        return block
-    return BlockCoefficients(block.name, num, den)
+        return num, den
+    return level_num, level_den
 
 
 def _check_causal(name: str, den: dict[tuple[int, Fraction], float]) -> None:

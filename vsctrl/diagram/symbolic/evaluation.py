@@ -55,8 +55,8 @@ def _numeric_gains(diagram: Solved) -> dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]:
     gains = {}
     for letter, block in zip(diagram.gains.letters, diagram.blocks, strict=True):
         delays = {q: sp.exp(-tau * s) for q, tau in block.rational.delays.items()}
-        sides = (block.rational.num_expr, block.rational.den_expr)
-        above, below = (sp.horner(x, s) if x.has(s) else x for x in sides)
+        pairs = zip(*block.rational.factors, strict=True)
+        above, below = (sp.Mul(*(sp.horner(x, s) if x.has(s) else x for x in p)) for p in pairs)
         gains[letter] = above.xreplace(delays), below.xreplace(delays)
     return gains
 

@@ -91,7 +91,7 @@ def _sum(side: Terms, lowest: NDArray[np.float64]) -> tuple[int, float, float] |
     powers, factors = lowest[:, :, 0], lowest[:, :, 1]
     with np.errstate(divide="ignore"):
         logs, signs = np.log(np.abs(factors)), np.sign(factors)
-    log = np.where(side.holds, logs[:, 0], logs[:, 1]).sum(1) + np.log(np.abs(side.factor))
+        log = np.where(side.holds, logs[:, 0], logs[:, 1]).sum(1) + np.log(np.abs(side.factor))
     sign = np.where(side.holds, signs[:, 0], signs[:, 1]).prod(1) * np.sign(side.factor)
     power = np.where(side.holds, powers[:, 0], powers[:, 1]).sum(1)
     there = sign != 0

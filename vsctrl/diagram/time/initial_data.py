@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from vsctrl.arrays import Array
+from vsctrl.caching import Caching
 from vsctrl.checks import is_finite
 from vsctrl.diagram.description.blocks import Block
 from vsctrl.diagram.description.wiring import Wiring, resolve
@@ -73,7 +74,7 @@ class DynamicBlock:
             )
 
 
-class InitialData:
+class InitialData(Caching):
     """What every signal was at t ≤ 0, and how that alone carries it on."""
 
     def __init__(

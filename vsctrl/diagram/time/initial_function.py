@@ -20,6 +20,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from vsctrl.arrays import Array
+from vsctrl.caching import Caching
 from vsctrl.diagram.numerics.chebyshev import inner_tables, slope
 from vsctrl.diagram.signals.signal import Part, Primitive
 from vsctrl.errors import InputError
@@ -38,7 +39,7 @@ MOST_PIECES = 4096
 
 
 @dataclass(frozen=True, eq=False)
-class InitialFunction:
+class InitialFunction(Caching):
     """A past: Chebyshev coefficients between ends (s, rising to 0), and the value from 0 on."""
 
     ends: tuple[Fraction, ...]

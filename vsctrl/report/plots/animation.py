@@ -31,6 +31,7 @@ from vsctrl.errors import InputError
 from vsctrl.report.plots.run import image_plane
 from vsctrl.report.plots.style import EXACT, GREY, INK, STYLE, WITH
 from vsctrl.servo import Run
+from vsctrl.tables import visible
 
 #: Most pictures of an animation, and the least and greatest time that it plays, s.
 MOST, SHORTEST, LONGEST = 100, 2.0, 10.0
@@ -164,7 +165,7 @@ class _Scene:
             parts[name].set_data(
                 *np.concatenate([every[: k + 1], gap]).transpose(2, 1, 0).reshape(2, -1)
             )
-        name = run.scenario.name.replace("$", r"\$")
+        name = visible(run.scenario.name).replace("$", r"\$")
         name = name if len(name) <= 40 else name[:39] + "…"
         ends = k == len(run.t) - 1 and not run.status.complete
         words = f"   the run ends here: {run.status.kind}" if ends else ""

@@ -19,6 +19,7 @@ from vsctrl.report.plots.style import EXACT, INK, STYLE, WITH, WITHOUT, drawing,
 from vsctrl.servo import Run
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.outcome import distance, notice, outcome, side
+from vsctrl.tables import visible
 
 #: What a figure can be written as.
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -42,7 +43,7 @@ def run_figure(run: Run) -> Figure:
         summary = outcome(run)
         words = " ".join([notice(summary), *(event.sentence for event in run.events)])
         # Dollar signs would start a formula.
-        name = f"{run.scenario.name} ({run.scenario.digest})".replace("$", r"\$")
+        name = f"{visible(run.scenario.name)} ({run.scenario.digest})".replace("$", r"\$")
         figure.suptitle(textwrap.shorten(name, 90), x=0.01, ha="left", fontsize=11)
         caption = textwrap.fill(textwrap.shorten(words.replace("$", r"\$"), 420), 118)
         figure.supxlabel(caption, x=0.01, ha="left", fontsize=9.5)

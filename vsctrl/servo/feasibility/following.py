@@ -8,7 +8,6 @@ trajectory asks of it, found between samples too; what is too fast can be slowed
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from html import escape
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from vsctrl.servo.feasibility.limits import Limits
 from vsctrl.servo.feasibility.peaks import Peaks, above, peaks
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.robot.gantry import FreeCamera, Robot
-from vsctrl.tables import html, plain, text
+from vsctrl.tables import escaped, html, plain, text
 
 Intervals = tuple[tuple[float, float], ...]
 
@@ -165,7 +164,7 @@ class Feasibility:
 
     def _repr_html_(self) -> str:
         """A table of the limits for notebooks."""
-        said = "<br>".join(escape(sentence) for sentence in self.sentences)
+        said = "<br>".join(escaped(sentence) for sentence in self.sentences)
         return f"<p>{said}</p>{html(self._rows(), heads=HEADS, left=1)}"
 
     def _rows(self) -> list[tuple[str, ...]]:

@@ -11,23 +11,26 @@ frames. Whether its numbers are those that ``simulate`` returns, only ``simulate
 
 import io
 import json
+import math
 import zipfile
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar, get_args
+from typing import Any, BinaryIO, NoReturn, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vsctrl import files
 from vsctrl.arrays import Array, Mask
-from vsctrl.errors import InputError
+from vsctrl.checks import quoted
+from vsctrl.errors import InputError, cut
 from vsctrl.servo import checks
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.features.feature_sets import measures
 from vsctrl.servo.results.columns import COLUMNS, Column, sizes
 from vsctrl.servo.results.frames import Frames
+from vsctrl.servo.results.npz import Archive, Header
 from vsctrl.servo.results.status import SEEN, Event, Kind, Status
 from vsctrl.servo.scenario import Scenario
 from vsctrl.servo.scenario.fields import FieldsError
@@ -50,7 +53,8 @@ def save(run: Frames, path: Path) -> None:
 
 def load(cls: type[R], path: Path) -> R:
     """Run, of class cls, from a file. Raises InputError, a sentence that begins with the path."""
-    return unpack(cls, files.read_bytes(path), str(path))
+    with files.opened(path, "run's .npz file") as file:
+        return unpack(cls, file, files.named(path))
 
 
 def pack(run: Frames) -> bytes:
@@ -82,20 +86,12 @@ def pack(run: Frames) -> bytes:
     return out.getvalue()
 
 
-def unpack(cls: type[R], data: bytes, source: str) -> R:
-    """The run in the bytes of a file. Raises InputError, a sentence that begins with source."""
-    try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
-            file = _File(source, {name: np.asarray(archive[name]) for name in archive.files})
-    except Exception as error:  # a damaged archive makes zipfile, zlib and NumPy raise all kinds
-        said = " ".join(str(error).split()).rstrip(".") or type(error).__name__
-        raise InputError(
-            f"{source}: this is no .npz file, or a damaged one ({said}); write it again with "
-            "Run.save."
-        ) from None
+def unpack(cls: type[R], content: BinaryIO, source: str) -> R:
+    """The run in a file. Raises InputError, a sentence that begins with source."""
+    file = _File.of(content, source)
     file.check_format()
     scenario = file.scenario()
-    status, events = file.status(scenario), file.events()
+    status, events = file.status(scenario), file.events(scenario)
     arrays = {name: file.array(name, column, scenario) for name, column in COLUMNS.items()}
     file.check_end(status, len(arrays["t"]), scenario)
     for name in ("pose", "reference_pose"):
@@ -106,16 +102,39 @@ def unpack(cls: type[R], data: bytes, source: str) -> R:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _File:
-    """The entries of an archive and where they come from, read with checks."""
+    """An archive and where it comes from, read with checks; what no run has is left unread."""
 
     source: str
-    entries: dict[str, NDArray[Any]]
+    archive: Archive
+
+    @classmethod
+    def of(cls, content: BinaryIO, source: str) -> "_File":
+        try:
+            return cls(source, Archive(content))
+        except Exception as error:  # a damaged archive makes zipfile and NumPy raise all kinds
+            raise InputError(f"{source}: {_damaged(error)}.") from None
 
     def refuse(self, problem: str) -> NoReturn:
         raise InputError(f"{self.source}: {problem}.")
 
+    def header(self, name: str) -> Header | None:
+        """Type and shape of an array, None where there is none of that name."""
+        if name not in self.archive.names:
+            return None
+        try:
+            return self.archive.header(name)
+        except Exception as error:
+            self.refuse(_damaged(error))
+
+    def read(self, name: str) -> NDArray[Any]:
+        """An array whose header was found to be what is wanted."""
+        try:
+            return self.archive.read(name)
+        except Exception as error:
+            self.refuse(_damaged(error))
+
     def check_format(self) -> None:
-        if "format" not in self.entries:
+        if "format" not in self.archive.names:
             self.refuse("this is no run of vsctrl (no entry 'format'); name a file of Run.save")
         name, _, number = self.text("format").partition("/")
         if name != FORMAT or not (number.isascii() and number.isdigit() and len(number) < 9):
@@ -127,18 +146,25 @@ class _File:
             )
 
     def text(self, name: str) -> str:
-        value = self.entries.get(name)
-        if value is None:
+        header = self.header(name)
+        if header is None:
             self.refuse(f"the entry {name!r} is missing; {_AGAIN}")
-        if value.dtype.kind != "U" or value.shape:
-            self.refuse(f"{name}: {value.dtype} of shape {value.shape} is no text; {_AGAIN}")
-        return str(value)
+        if header.dtype.kind != "U" or header.shape:
+            self.refuse(f"{name}: {_described(header)} is no text; {_AGAIN}")
+        if header.size > files.MOST:
+            self.refuse(f"{name}: a text of {header.size} bytes is that of no run; {_AGAIN}")
+        try:
+            return str(self.read(name)[()])
+        except ValueError:
+            self.refuse(f"{name}: this is no text, a character is beyond Unicode; {_AGAIN}")
 
     def json(self, name: str) -> Any:
         try:
             return json.loads(self.text(name))
-        except (json.JSONDecodeError, RecursionError) as error:
-            self.refuse(f"{name}: this is no JSON ({error}); {_AGAIN}")
+        except (ValueError, RecursionError) as error:
+            if isinstance(error, InputError):
+                raise
+            self.refuse(f"{name}: this is no JSON ({cut(str(error), 80)}); {_AGAIN}")
 
     def scenario(self) -> Scenario:
         try:
@@ -163,14 +189,18 @@ class _File:
             and value["ok"] == (value["kind"] == "completed")
             and 0 <= value["frame"] <= scenario.frames
         ):
-            self.refuse(f"status: {str(value)[:80]} is not how a run ends; {_AGAIN}")
+            self.refuse(f"status: {quoted(value)} is not how a run ends; {_AGAIN}")
         return Status(**value)
 
-    def events(self) -> tuple[Event, ...]:
+    def events(self, scenario: Scenario) -> tuple[Event, ...]:
         value = self.json("events")
         kinds = {"kind": str, "frame": int, "frames": int, "sentence": str}
-        if not isinstance(value, list) or not all(_is_record(event, kinds) for event in value):
-            self.refuse(f"events: {str(value)[:80]} is no list of events; {_AGAIN}")
+        frames = range(scenario.frames + 2)
+        if not isinstance(value, list) or not all(
+            _is_record(event, kinds) and event["frame"] in frames and event["frames"] in frames
+            for event in value
+        ):
+            self.refuse(f"events: {quoted(value)} is no list of events; {_AGAIN}")
         return tuple(Event(**event) for event in value)
 
     def check_end(self, status: Status, frames: int, scenario: Scenario) -> None:
@@ -196,25 +226,30 @@ class _File:
                 f"camera; {_AGAIN}"
             )
 
+    def frames(self, scenario: Scenario) -> int:
+        """Frames that the run has, of which a scenario has no more than it says."""
+        header = self.header("t")
+        return 0 if header is None else min(math.prod(header.shape), scenario.frames + 1)
+
     def array(self, name: str, column: Column, scenario: Scenario) -> Any:
         """A read-only array of the right type and shape, finite; None where that is allowed."""
-        value, wanted = self.entries.get(name), _optional(scenario)
-        if value is None:
+        header, wanted = self.header(name), _optional(scenario)
+        if header is None:
             if column.optional and name not in wanted:
                 return None
             self.refuse(f"the array {name!r} is missing; {_AGAIN}")
         if column.optional and name not in wanted:
             self.refuse(f"{name}: a run of this scenario has none; {_AGAIN}")
         kind = np.dtype(np.bool_ if column.truth else np.float64)
-        length = sizes(scenario) | {"frame": self.entries["t"].size, "measured": _width(scenario)}
+        length = sizes(scenario) | {"frame": self.frames(scenario), "measured": _width(scenario)}
         shape = tuple(length[dim] for dim in column.dims)
         # Equal but for the order of bytes, which may be another machine's.
-        if value.dtype.newbyteorder("=") != kind or value.shape != shape:
+        if header.dtype.newbyteorder("=") != kind or header.shape != shape:
             self.refuse(
-                f"{name}: {value.dtype} of shape {value.shape}, where the scenario needs {kind} "
-                f"of shape {shape}; {_AGAIN}"
+                f"{name}: {_described(header)}, where the scenario needs {kind} of shape {shape}; "
+                f"{_AGAIN}"
             )
-        out = np.ascontiguousarray(value, dtype=kind)
+        out = np.ascontiguousarray(self.read(name), dtype=kind)
         if not np.isfinite(out).all():
             self.refuse(f"{name}: a value is not a finite number; {_AGAIN}")
         if kind == np.float64 and np.abs(out).max(initial=0.0) > _LARGEST:
@@ -223,6 +258,15 @@ class _File:
             self.refuse(f"t: these are not the frames of the scenario; {_AGAIN}")
         out.setflags(write=False)
         return out
+
+
+def _damaged(error: Exception) -> str:
+    said = cut(str(error).strip().rstrip("."), 80) or type(error).__name__
+    return f"this is no .npz file, or a damaged one ({said}); write it again with Run.save"
+
+
+def _described(header: Header) -> str:
+    return f"{cut(str(header.dtype), 40)} of shape {cut(str(header.shape), 60)}"
 
 
 def _optional(scenario: Scenario) -> set[str]:

@@ -9,7 +9,6 @@ from the page, so that it reads in light and dark. Figures to publish are in
 from __future__ import annotations
 
 import math
-from html import escape
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +16,7 @@ import numpy as np
 from vsctrl.arrays import Array, Mask
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.frames import Frames
+from vsctrl.tables import escaped
 
 TRUE, SEEN, GREY = "#1b9e77", "#d95f02", "#8a8f98"
 WIDTH, HEIGHT = 720, 292
@@ -50,7 +50,7 @@ def sketch(run: Frames) -> str:
     """The picture as an SVG element: left the image plane, right the norm of the error."""
     words = f"Run of {run.scenario.name}: paths of the points in the image, and error over time"
     return (
-        f'<svg role="img" aria-label="{escape(words)}" viewBox="0 0 {WIDTH} {HEIGHT}" '
+        f'<svg role="img" aria-label="{escaped(words)}" viewBox="0 0 {WIDTH} {HEIGHT}" '
         f'style="display:block;width:100%;max-width:{WIDTH}px" fill="none" stroke-width="1.5" '
         'stroke-linejoin="round" font-family="sans-serif" font-size="11">'
         f"{_image(run)}{_errors(run)}</svg>"
@@ -173,7 +173,7 @@ def _ticks(a: float, b: float, most: int) -> list[tuple[float, str]]:
 
 def _text(x: float, y: float, text: str, anchor: str) -> str:
     place = f'x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"'
-    return f'<text {place} fill="currentColor" stroke="none">{escape(text)}</text>'
+    return f'<text {place} fill="currentColor" stroke="none">{escaped(text)}</text>'
 
 
 def _line(x: Array, y: Array, colour: str, style: str = "") -> str:

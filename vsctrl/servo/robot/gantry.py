@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vsctrl.arrays import Array
+from vsctrl.caching import Caching
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
 from vsctrl.servo.pose import adjoint, bracket, exp, inverse
@@ -36,7 +37,7 @@ class FreeCamera:
 
 
 @dataclass(frozen=True, eq=False)
-class Gantry:
+class Gantry(Caching):
     """Cartesian robot with a wrist: ``bTc(q) = e^{ξ₁θ₁} … e^{ξ₆θ₆} · home · eTc``.
 
     Joints 1-3 slide along x, y, z of the base; 4 turns about the vertical, 5 about a horizontal

@@ -14,12 +14,15 @@ from typing import TypeVar
 
 import numpy as np
 
-from vsctrl.errors import InputError, nearest
+from vsctrl.checks import quoted
+from vsctrl.errors import InputError, cut, nearest
 
 # Numbers beyond these (or positive ones below 1/LARGEST) are typing errors in any unit used here,
 # and squares and products of a few of them must stay finite.
 LARGEST = 1e9
 SMALLEST = 1 / LARGEST
+MOST_PROBLEMS = 20  #: that are told at once
+LONGEST_FIELD = 100  #: characters of a dotted name in a sentence
 
 T = TypeVar("T")
 Vector3 = tuple[float, float, float]
@@ -33,8 +36,12 @@ class FieldsError(InputError):
 
     def __init__(self, problems: Iterable[tuple[str, str]], source: str = "") -> None:
         self.problems = tuple(problems)
-        lines = [f"{field}: {sentence}." for field, sentence in self.problems]
-        text = lines[0] if len(lines) == 1 else "\n  ".join([f"{len(lines)} problems:", *lines])
+        shown = self.problems[:MOST_PROBLEMS]
+        lines = [f"{cut(field, LONGEST_FIELD)}: {sentence}." for field, sentence in shown]
+        if len(self.problems) > len(shown):
+            lines.append(f"… and {len(self.problems) - len(shown)} more.")
+        heading = f"{len(self.problems)} problems:"
+        text = lines[0] if len(lines) == 1 else "\n  ".join([heading, *lines])
         super().__init__(f"{source}: {text}" if source else text)
         self._made_from = (self.problems, source)
 
@@ -49,11 +56,7 @@ def show(value: object) -> str:
         return str(value).lower()
     if isinstance(value, float):
         return f"{value:.12g}"
-    try:
-        text = repr(value)
-    except ValueError:  # an integer with more digits than Python prints
-        return "a number of thousands of digits"
-    return text if len(text) <= 60 else text[:57] + "..."
+    return quoted(value)
 
 
 def number(value: object) -> float:

@@ -5,12 +5,17 @@ as comments and an exact round trip, and no more of TOML than tables of numbers,
 What the keys mean is left to ``scenario``.
 """
 
+import re
 import tomllib
 from collections.abc import Mapping
 from typing import Any
 
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, cut
 from vsctrl.servo.scenario.fields import FieldsError
+
+DEEPEST = 100  #: parts of a dotted key
+_QUOTED = re.compile(r"""(?:"(?:[^"\\]|\\.)*"|'[^']*')""")
+LONGEST_REASON = 200  #: characters of what the parser says
 
 _ESCAPES = {"\b": "\\b", "\t": "\\t", "\n": "\\n", "\f": "\\f", "\r": "\\r"} | {
     '"': '\\"',
@@ -23,13 +28,31 @@ def parse(text: str) -> dict[str, Any]:
     if not isinstance(text, str):
         raise InputError(f"TOML text: {type(text).__name__} is not text; decode it as UTF-8 first.")
     try:
+        _check_keys(text)
         return tomllib.loads(text)
     except RecursionError:
         raise FieldsError([("TOML", "brackets are nested too deeply; write plain lists")]) from None
     except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        said = cut(str(error), LONGEST_REASON)
         raise FieldsError(
-            [("TOML", f"{error}; correct it, as in: key = 2.5, text in quotes, lists in [ ]")]
+            [("TOML", f"{said}; correct it, as in: key = 2.5, text in quotes, lists in [ ]")]
         ) from None
+
+
+def _check_keys(text: str) -> None:
+    """Refuse keys of hundreds of parts, of which Python's parser keeps every beginning.
+
+    They are told from lists of decimals, which have as many commas as points.
+    """
+    for number, line in enumerate(text.split("\n"), start=1):
+        if line.count(".") <= DEEPEST or line.lstrip().startswith("#"):
+            continue
+        pieces = _QUOTED.sub("", line).split("=")
+        if max(piece.count(".") - piece.count(",") for piece in pieces) > DEEPEST:
+            problem = f"line {number}: a key of more than {DEEPEST} parts; tables have one or two"
+            raise FieldsError([("TOML", problem)])
 
 
 def emit(data: Mapping[str, Any], comments: Mapping[str, str]) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from vsctrl import loop, timing
@@ -102,11 +103,7 @@ def remedies(
     ratio = sideways_ratio(scenario)
     values = {"lam": law.lam, "k_ff": law.k_ff, "tau": tau, "ell": ratio, "ell_hat": 1.0}
     fields = {"k_ff": law.k_ff, "placement": "measurement"}
-
-    def figure1(mu: complex) -> float:
-        return float(loop.gain_limit(tau, kappa=mu))
-
-    same = Limits(figure1, lambda mu: sampled_limits.plain(tau, period, mu))
+    same = Limits(partial(_plain_limit, tau), partial(sampled_limits.plain, tau, period))
     image, aligned = ("S_meas", "S_ref"), ("S_meas", "S_ref_late")
     yield Remedy(
         kind="none", name="no remedy", diagram=loop.diagram(), values=values, fields=fields,
@@ -180,11 +177,9 @@ def _integrals(
 ) -> Iterator[Remedy]:
     tau = values["tau"]
     time = integral_time(values["lam"], values["ell"], tau) if T_i is None else T_i
-
-    def continuous(mu: complex) -> float | None:
-        return None if mu.imag else loop.pi_gain_limit(tau, time, mu.real)
-
-    limits = Limits(continuous, lambda mu: sampled_limits.integral(tau, period, time, mu))
+    limits = Limits(
+        partial(_integral_limit, tau, time), partial(sampled_limits.integral, tau, period, time)
+    )
     places: tuple[tuple[loop.Placement, str, str, str], ...] = (
         ("measurement", "", "S_ref", "the law is satisfied, and wrong by vτ"),
         ("aligned", ", aligned", "S_ref_late", "the latency must be known"),
@@ -215,18 +210,27 @@ def _smiths(
             values={**values, "tau_hat": believed},
             fields={**fields, "predictor": "smith", "tau_hat": believed}, seen=("S_pred", "S_ref"),
             cost="a model of latency and image", mismatch=wrong,
-            limits=_smith_limits(tau, believed, period),
+            limits=Limits(
+                partial(_smith_limit, tau, believed),
+                partial(sampled_limits.predicted, tau, period, believed),
+            ),
         )  # fmt: skip
 
 
-def _smith_limits(tau: float, believed: float, period: float) -> Limits:
-    def continuous(mu: complex) -> float | None:
-        try:
-            return None if mu.imag else loop.smith_gain_limit(tau, believed, mu.real)
-        except LimitError:  # too slight a mismatch to be followed to its limit
-            return None
+# Functions of their own with numbers put in, since closures could not be sent to another process.
+def _plain_limit(tau: float, mu: complex) -> float:
+    return float(loop.gain_limit(tau, kappa=mu))
 
-    return Limits(continuous, lambda mu: sampled_limits.predicted(tau, period, believed, mu))
+
+def _integral_limit(tau: float, T_i: float, mu: complex) -> float | None:
+    return None if mu.imag else loop.pi_gain_limit(tau, T_i, mu.real)
+
+
+def _smith_limit(tau: float, believed: float, mu: complex) -> float | None:
+    try:
+        return None if mu.imag else loop.smith_gain_limit(tau, believed, mu.real)
+    except LimitError:  # too slight a mismatch to be followed to its limit
+        return None
 
 
 def signed(text: str) -> str:
