@@ -36,6 +36,12 @@ def unusable(name: str, value: object, remedy: str) -> InputError:
     return InputError(f"{name} = {quoted(value)} is not usable; give {remedy}.")
 
 
+def require_kind(name: str, value: object, kind: type, remedy: str) -> None:
+    """Raises InputError, ``name: value is no Kind; remedy.``, for a value of another type."""
+    if not isinstance(value, kind):
+        raise InputError(f"{name}: {quoted(value)} is no {kind.__name__}; {remedy}.")
+
+
 def is_symbolic(value: Any) -> bool:
     """Whether a value is an expression with symbols in it, rather than a number."""
     return hasattr(value, "free_symbols") and not getattr(value, "is_number", False)
@@ -50,6 +56,11 @@ def is_finite(value: Any) -> bool:
         return (isinstance(value, Real) or exact) and math.isfinite(value)
     except (OverflowError, TypeError):  # an integer that no float can hold; a positive symbol
         return False
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Whether this is a real number, finite or not, and no truth value."""
+    return isinstance(value, Real) and not isinstance(value, bool | np.bool_)
 
 
 def is_whole(value: object) -> TypeGuard[int]:

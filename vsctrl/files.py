@@ -24,6 +24,15 @@ LONGEST_PATH = 1000  #: characters of a path in a sentence
 TRIES, PAUSE = 500, 0.01  #: to wait for other writers, 5 s in all
 
 
+def as_path(name: str, value: object) -> Path:
+    """The path that somebody gave as text or as a Path. Raises InputError for anything else."""
+    if not isinstance(value, str | os.PathLike):
+        from vsctrl.checks import quoted  # NumPy with it: not where no value is refused
+
+        raise InputError(f"{name}: {quoted(value)} is no path; give the name of a file or folder.")
+    return Path(os.fsdecode(value))
+
+
 @contextlib.contextmanager
 def opened(path: Path, kind: str = "file") -> Iterator[BinaryIO]:
     """A file of that kind, as the remedy names it, to be read. Raises InputError.

@@ -8,6 +8,7 @@ What follows from them is computed elsewhere.
 from collections.abc import Callable
 from typing import Any
 
+from vsctrl.checks import unusable
 from vsctrl.errors import InputError
 from vsctrl.servo.camera.target import CUBE_LEDS
 from vsctrl.servo.motion.trajectory import Waveform
@@ -79,7 +80,8 @@ def oscillation(
     ``sliding``.
     """
     motion: dict[str, Any] = {"kind": "oscillation", "waveform": waveform, "amplitude": AMPLITUDE}
-    motion |= {"speed": SPEED} if waveform == "triangle" else {"cycle": CYCLE}
+    triangle = isinstance(waveform, str) and waveform == "triangle"
+    motion |= {"speed": SPEED} if triangle else {"cycle": CYCLE}
     return Scenario(
         name="oscillation",
         description=f"Oscillation along the cube side, {_term(feedforward)} (figures 7 and 8)",
@@ -138,6 +140,9 @@ def _platform(
 
 
 def _term(feedforward: bool) -> str:
+    """What the descriptions say of it; every preset asks."""
+    if not isinstance(feedforward, bool | int):
+        raise unusable("feedforward", feedforward, "True or False")
     return f"{'with' if feedforward else 'without'} the derivative term"
 
 

@@ -193,3 +193,19 @@ def test_a_verdict_is_not_good_where_the_run_as_configured_fails_or_runs_away():
     assert "robot.speed_limit" in found.sentences[-1] and "still growing" in found.sentences[-1]
     # The runs that the page compares with theory are those of theory.
     assert slow.with_feedforward.lag_along_motion[-1] == pytest.approx(0.0032, abs=1e-6)
+
+
+def test_small_gains_keep_their_digits():
+    # π/(2τ) and 1/(eτ), as a long latency has them.
+    words = " ".join(verdict(examine(paper.sliding().with_(latency=116.56))).sentences)
+    assert "is above 0.0135 s⁻¹" in words and "Lower λ: 0.00316 s⁻¹" in words
+
+
+def test_where_theory_is_contradicted_the_lag_is_that_of_the_simulation():
+    found = examine(paper.rotation().with_(interaction="initial"))
+    row = found.comparison.row(feedforward=False, delay=0.08, placement="measurement")
+    assert row.agrees is False and abs(row.analytic) > 1.3 * abs(row.simulated)
+    words = " ".join(verdict(found).sentences)
+    assert f"the camera settles {abs(1e3 * row.simulated):.1f} mm behind" in words
+    assert f"{abs(1e3 * row.analytic):.1f} mm" not in words
+    assert "the lags of these cases are the simulation's" in words

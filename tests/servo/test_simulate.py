@@ -144,7 +144,7 @@ def test_the_gain_limit_of_the_sampled_loop(d):
                 duration=12.0,
             )
         )
-        assert run.status.ok, run.status.sentence
+        assert run.status.complete, run.status.sentence
         size = np.linalg.norm(run.lag, axis=1)
         return size[-50:].max() / size[50:100].max()
 

@@ -40,7 +40,7 @@ def simulate(
 
     Without SCENARIO it is the paper's sliding experiment; "vsctrl scenario NAME > mine.toml" writes
     this and others to edit. Exit code 1 for a run that ended before its last frame, as in a
-    diverging loop: files are written all the same.
+    diverging loop, or elsewhere than at its reference: files are written all the same.
     """
     files = _targets(scenario, {"--out": out, "--plot": plot, "--animate": animate})
     from vsctrl import paper, servo
@@ -60,7 +60,10 @@ def simulate(
     if as_json:
         echo_json(run.data() | {"files": {name[2:]: str(path) for name, path in files.items()}})
     else:
-        shown = visible(str(summary))
+        lines = str(summary).splitlines()
+        if not run.status.ok:  # why is said once, on stderr
+            lines.remove(run.status.sentence)
+        shown = visible("\n".join(lines))
         click.echo("\n".join([shown, *([""] if files else []), *map(str, files.values())]))
     if not run.status.ok:
         click.echo(f"vsctrl: {run.status.sentence}", err=True)

@@ -125,7 +125,7 @@ def _ended(result: LoopReport) -> list[str]:
             else f": {run.status.kind}."
         )
         for name, run in runs.items()
-        if not run.status.ok
+        if not run.status.complete
     ]
 
 

@@ -74,10 +74,11 @@ def _steady(result: LoopReport) -> list[str]:
         )
     if abs(_lag(own[1]) or 0.0) > 1e-5 and (hidden := _hidden(result)):
         nulling = result.stability.nulling_feedforward
-        out.append(
-            f"{hidden} Delaying the reference by the same time (aligned) removes the lead{leg}; so "
-            f"does k_ff = {nulling:.3g}."
+        proven = (
+            f" Delaying the reference by the same time (aligned) removes the lead{leg}; so does "
+            f"k_ff = {nulling:.3g}."
         )
+        out.append(hidden if own[1].agrees is False else hidden + proven)
     return out
 
 
@@ -106,7 +107,7 @@ def _late(scenario: Scenario) -> str:
 def _hidden(result: LoopReport) -> str:
     """That the law does not see its error, where that is so; else empty."""
     run = result.with_feedforward
-    if not run.status.ok or result.scenario.law.placement != "measurement":
+    if not run.status.complete or result.scenario.law.placement != "measurement":
         return ""
     changes = bool(result.comparison.histories)
     true, seen = (_size_in_image(run, e, changes) for e in ("error", "measured_error"))
@@ -197,11 +198,11 @@ def _agreement(comparison: Comparison) -> str:
     text = f"{four} disagree in {bad} of {len(compared)} cases"
     if any(row.contradicted for row in rows):
         return text + ": a simulation ran away where the loop should be stable. See the table."
-    text += f", by up to {size}"
+    text += f", by up to {size}; the lags of these cases are the simulation's"
     if not comparison.exact_motion:
         text += (
             ". This motion turns or changes depth, for which the loop of figure 1 is only the "
-            "first order: small differences are curvature"
+            "first order"
         )
     return text + ". See the table."
 
@@ -244,8 +245,10 @@ def _close(difference: float) -> str:
 
 
 def _lag(row: SteadyLag) -> float | None:
-    """The steady lag where there is one that the simulation has shown, m."""
-    return row.analytic if row.simulated is not None else None
+    """The steady lag where the simulation has one, m: the closed form's, unless they disagree."""
+    if row.simulated is None:
+        return None
+    return row.simulated if row.agrees is False else row.analytic
 
 
 def _position(row: SteadyLag) -> str:

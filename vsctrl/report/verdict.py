@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Literal
 
 from vsctrl.report.sentences import agreement, tracking
@@ -48,6 +49,12 @@ def _as_configured(result: LoopReport) -> list[str]:
     ]
 
 
+def per_second(value: float) -> str:
+    """A gain with its unit: to a hundredth, and three digits of what is less than a tenth."""
+    text = f"{value:.2f}" if value >= 0.1 else f"{Decimal(f'{value:.3g}'):f}"
+    return f"{text} s⁻¹"
+
+
 def _direction(result: LoopReport) -> str:
     """Which direction a limit is that of, where it is not the motion's own."""
     first, along = result.stability.ratio, result.stability.ratio_along_motion
@@ -65,13 +72,13 @@ def _unstable(result: LoopReport) -> str:
     limits, kappa = result.stability.limits, result.stability.ratio
     calibration = "" if kappa == 1 else f" and a calibration with κ = {kappa:.3g}"
     text = (
-        f"This loop is unstable: λ = {law.lam:g} s⁻¹ is above {limits.sampled:.2f} s⁻¹, the most "
-        f"that {1e3 * result.scenario.vision.latency:g} ms of latency"
+        f"This loop is unstable: λ = {law.lam:g} s⁻¹ is above {per_second(limits.sampled)}, the "
+        f"most that {1e3 * result.scenario.vision.latency:g} ms of latency"
         f"{calibration} allow when the velocity is held over {1e3 * period:g} ms"
     )
     if law.lam < limits.continuous < math.inf:
-        text += f" (continuous-time theory would still allow {limits.continuous:.2f} s⁻¹)"
-    text += f". Lower λ: {limits.fastest_sampled:.2f} s⁻¹ is the fastest without oscillation."
+        text += f" (continuous-time theory would still allow {per_second(limits.continuous)})"
+    text += f". Lower λ: {per_second(limits.fastest_sampled)} is the fastest without oscillation."
     return text + _direction(result)
 
 
@@ -82,11 +89,12 @@ def _headroom(result: LoopReport) -> str:
     text = (
         f"{subject} is stable: λ = {lam:g} s⁻¹ may be raised "
         f"{f'{factor:.2g}' if factor < 100 else f'{factor:.0f}'}-fold, to "
-        f"{limits.sampled:.2f} s⁻¹, before it shakes"
+        f"{per_second(limits.sampled)}, before it shakes"
     )
     if math.isfinite(limits.continuous) and limits.continuous > 1.01 * limits.sampled:
         share = limits.continuous / limits.sampled - 1
         text += (
-            f"; continuous-time theory, {limits.continuous:.2f} s⁻¹, promises {share:.0%} too much"
+            f"; continuous-time theory, {per_second(limits.continuous)}, promises {share:.0%} too "
+            "much"
         )
     return text + "." + _direction(result)

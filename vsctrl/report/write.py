@@ -14,11 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vsctrl.errors import InputError
-from vsctrl.files import MOST, beginning, read_text, write_all
+from vsctrl.files import MOST, as_path, beginning, read_text, write_all
 from vsctrl.report.data import SCHEMA, report_data
 from vsctrl.report.page import GENERATOR, page
 from vsctrl.report.verdict import verdict
 from vsctrl.servo import Scenario
+from vsctrl.servo.scenario import require_scenario
 from vsctrl.study import LoopReport, examine
 
 PAGE, DATA = "index.html", "report.json"
@@ -48,7 +49,8 @@ def write_report(
     Errors: `InputError` for a scenario that cannot be validated, a folder that cannot be written
     to, or one that holds another file of the same name.
     """
-    folder, made = Path(out), list[Path]()
+    require_scenario(scenario)
+    folder, made = as_path("out", out), list[Path]()
     try:
         _prepare(folder, made)
         result = examine(scenario, progress)

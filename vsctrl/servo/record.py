@@ -37,7 +37,7 @@ class Record:
     ) -> Run:
         """The frames that were reached, as a Run of read-only arrays."""
         # Frames that fail before they have an image are left out.
-        n = status.frame + (status.ok or status.kind in SEEN)
+        n = status.frame + (status.complete or status.kind in SEEN)
         twist = np.zeros((n, 6))
         moved = carrier.twists[:n]
         twist[: len(moved)] = moved

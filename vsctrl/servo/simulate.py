@@ -7,6 +7,8 @@ how much in ``timing``, and ``scenario.assembly`` makes all parts. What a run me
 comparisons, plots) is left to the rooms above.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from vsctrl.arrays import Array
@@ -15,12 +17,15 @@ from vsctrl.servo.camera.camera import NEAREST
 from vsctrl.servo.camera.sensor import TrueImage
 from vsctrl.servo.control.controller import PoseController
 from vsctrl.servo.control.measurement import Measurement
-from vsctrl.servo.faults import Faults
+from vsctrl.servo.diagnosis import causes
+from vsctrl.servo.diagnosis.rank import rank
+from vsctrl.servo.diagnosis.verdict import explained
+from vsctrl.servo.faults import Faults, Told
 from vsctrl.servo.pose import adjoint, inverse
 from vsctrl.servo.record import Record
 from vsctrl.servo.results.run import Run
-from vsctrl.servo.results.status import Status
-from vsctrl.servo.scenario import Scenario, assembly
+from vsctrl.servo.results.status import Kind, Status
+from vsctrl.servo.scenario import Scenario, assembly, require_scenario
 from vsctrl.servo.scenario.checks import FEWEST_POINTS
 
 # The run counts as diverged once the camera is farther from its reference than this many times the
@@ -34,15 +39,29 @@ def simulate(scenario: Scenario) -> Run:
 
     Frame k at ``t_k = k Tₛ``; the twist of frame k is held over [t_k, t_k+1] and the pose follows
     as ``oTc · exp(T Tₛ)``, where robot and latency leave it so. Returns a Run with the frames 0..N,
-    or fewer after a failure.
+    or fewer after a failure, whose status says why and what helps (``diagnosis``).
+    Raises InputError for what is no Scenario.
+    """
+    require_scenario(scenario)
+    return simulated(scenario, explain=True)
+
+
+def simulated(scenario: Scenario, *, explain: bool = False) -> Run:
+    """The run as ``simulate`` has it; explain: look for causes, with runs of other scenarios.
+
+    Without them it is for those who run a loop that may be unstable many times.
     """
     loop = _Loop(scenario)
     # Numbers that overflow are caught by the checks of every frame, in sentences.
     with np.errstate(all="ignore"):
         status = loop.run()
-        return loop.record.run(
+        run = loop.record.run(
             scenario, loop.plan, loop.carrier, loop.controller, status, loop.faults
         )
+    if not explain:
+        return run
+    found = explained(run, loop.faults.happened, loop.carrier.held, simulated)
+    return run if found is run.status else replace(run, status=found)
 
 
 class _Loop:
@@ -60,6 +79,8 @@ class _Loop:
         self.hand_eye = assembly.hand_eye(scenario)
         self.faults = Faults(scenario.faults.model_dump())
         self.record = Record(len(t), len(self.target.points), self.controller.width)
+        self.rank = rank(scenario)
+        self.no_rank = causes.no_rank(scenario) if self.rank < 6 else ""
         self.images: list[TrueImage] = []
         self.wTo = None if self.target.still else self.target.pose(t)
 
@@ -129,7 +150,15 @@ class _Loop:
         still = self.target.still and not self.plan.twist.any()
         saturated = self.faults.since("saturated")
         sentence = faults.diverged(k, float(self.t[k]), farthest, still, saturated)
-        return Status(False, "diverged", k, sentence)
+        return self.faults.ended("diverged", k, sentence)
+
+    def _unseen(self, k: int, t: float, rank: int) -> tuple[Kind, Told]:
+        """That the law of frame k, with an L̂ of this rank, cannot tell all motions apart."""
+        if isinstance(self.controller, PoseController):
+            return "pose not found", faults.no_pose(k, t, self.no_rank)
+        if rank == 6:
+            return "rank loss", faults.blurred(k, t, self.rank, self.no_rank)
+        return "rank loss", faults.rank_loss(k, t, rank, self.no_rank)
 
     def _judged(self, k: int, measurement: Measurement, rank: int) -> Status | None:
         """The faults of a frame that was asked and moved; the status if one ends the run."""
@@ -140,14 +169,13 @@ class _Loop:
         if seen < FEWEST_POINTS:
             kind, sentence = faults.lost(k, t, seen)
             ended = self.faults.met(kind, k, sentence)
-        elif rank < 6 and isinstance(self.controller, PoseController):
-            ended = self.faults.met("pose not found", k, faults.no_pose(k, t))
-        elif rank < 6:
-            ended = self.faults.met("rank loss", k, faults.rank_loss(k, t, rank))
+        elif min(rank, self.rank) < 6:
+            kind, sentence = self._unseen(k, t, rank)
+            ended = self.faults.met(kind, k, sentence)
         if ended is not None:
             return ended
         if stop is not None and stop.joint is None:
-            return Status(False, "diverged", k, faults.stopped(k, t, stop))
+            return self.faults.ended("diverged", k, faults.stopped(k, t, stop))
         if stop is not None:
             if ended := self.faults.met("joint limit", k, faults.stopped(k, t, stop)):
                 return ended

@@ -9,6 +9,7 @@ from typing import Any
 from vsctrl.errors import InputError
 from vsctrl.servo import Run, Scenario, simulate
 from vsctrl.servo.results.outcome import Outcome, outcome
+from vsctrl.servo.scenario import require_scenario
 from vsctrl.study.stability import Stability, stability
 from vsctrl.study.tracking.comparison import Comparison, validate
 
@@ -52,6 +53,7 @@ def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: N
     empty and its note says why. Errors: `InputError` as `stability`, and for a screw without any
     twist, which is more likely a slip of the pen than a wish to hold.
     """
+    require_scenario(scenario)
     progress("margins and limits")
     margins = stability(scenario)
     progress("tracking errors, four ways")

@@ -13,7 +13,8 @@ from typing import Any
 from vsctrl import timing
 from vsctrl.arrays import Array
 from vsctrl.errors import InputError
-from vsctrl.servo import Run, Scenario, simulate
+from vsctrl.servo import Run, Scenario
+from vsctrl.servo.simulate import simulated
 from vsctrl.study.modes import characteristic, dominant, eigenvalues, gain_limit
 
 MOST_FRAMES = 4000  #: the longest wait for a transient to end
@@ -34,14 +35,14 @@ def latency(scenario: Scenario) -> int:
 def possible(scenario: Scenario) -> None:
     """Errors: `InputError` where the law cannot tell all motions apart even at the start."""
     status = run(scenario, 1, kind="hold").status
-    if not status.ok:
+    if not status.complete:
         raise InputError(f"{scenario.name}: no experiment can be made here. {status.sentence}")
 
 
 def run(scenario: Scenario, frames: int, **changes: Any) -> Run:
     """A run of the frames 0 … `frames` of the ideal experiment, with some fields changed."""
     ideal = scenario.ideal
-    return simulate(ideal.with_(duration=frames * scenario.vision.period, **changes))
+    return simulated(ideal.with_(duration=frames * scenario.vision.period, **changes))
 
 
 def released(scenario: Scenario, offset: Array, frames: int, **changes: Any) -> Run:

@@ -167,7 +167,7 @@ class _Scene:
             )
         name = visible(run.scenario.name).replace("$", r"\$")
         name = name if len(name) <= 40 else name[:39] + "…"
-        ends = k == len(run.t) - 1 and not run.status.ok
+        ends = k == len(run.t) - 1 and not run.status.complete
         words = f"   the run ends here: {run.status.kind}" if ends else ""
         parts["title"].set_text(f"{name}   t = {run.t[k]:.2f} s{self.speed}{words}")
         path = np.where(self.far[:, None], np.nan, run.pose[:, :3, 3])

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from vsctrl.diagram.stability_chart.chart import Boundary, StabilityChart
 from vsctrl.diagram.stability_chart.raster import Regions
-from vsctrl.report.plots.style import INK, WITH, WITHOUT, drawing
+from vsctrl.report.plots.style import INK, WITH, WITHOUT, drawing, takes
 
 #: Axis labels for the parameters whose unit is known.
 _NAMES = {
@@ -23,6 +23,7 @@ _NAMES = {
 }
 
 
+@takes(StabilityChart)
 def stability_chart(chart: StabilityChart) -> Figure:
     """Where over two parameters the loop is stable, how many roots are unstable elsewhere.
 

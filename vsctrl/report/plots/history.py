@@ -9,13 +9,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import GREY, INK, WITH, WITHOUT, drawing
+from vsctrl.report.plots.style import GREY, INK, WITH, WITHOUT, drawing, takes
 from vsctrl.servo import Run
 from vsctrl.study import Comparison, History
 
 DOTS = 90  #: of a simulated run, so that each can be told from the next
 
 
+@takes(Comparison)
 def histories(comparison: Comparison, chosen: Sequence[History], runs: Sequence[Run]) -> Figure:
     """Above, the first point in the image and where it should be; below, the lag of the camera.
 

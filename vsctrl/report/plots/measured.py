@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import GREY, INK, WITH, WITHOUT, drawing, phase
+from vsctrl.report.plots.style import GREY, INK, WITH, WITHOUT, drawing, phase, takes
 from vsctrl.study.experiments.frequency_response import SineResponse
 
 FINE = 60  #: points of a curve, besides those measured
 NOTHING = 1e-9  #: an error that only rounding makes: it has no phase, and no place on a log axis
 
 
+@takes(SineResponse)
 def sine_response(response: SineResponse) -> Figure:
     """Amplitude and phase of the error of a sine: the simulator's points over the exact curves."""
     grid = [row.omega for row in response.rows]

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import GREY, INK, WITH, WITHOUT, drawing, label
+from vsctrl.report.plots.style import GREY, INK, WITH, WITHOUT, drawing, label, takes
 from vsctrl.servo import Run
 from vsctrl.study.statements import Pair, Traces
 from vsctrl.study.statements.runs import EDGE, sideways, size
@@ -24,6 +24,7 @@ THIN = 0.9
 LOOK = 120.0  #: mm, length of the line that shows where a camera looks
 
 
+@takes(Traces)
 def error_traces(traces: Traces) -> Figure:
     """Figures 5 and 7: E over time with and without the derivative term, true and as measured."""
     with drawing(9.0, 3.7) as figure:
@@ -42,6 +43,7 @@ def error_traces(traces: Traces) -> Figure:
     return figure
 
 
+@takes(Traces)
 def paths(traces: Traces) -> Figure:
     """Figures 6 and 9: the camera's path from above, and how far it is along and across it."""
     with drawing(9.6, 5.4) as figure:
@@ -69,6 +71,7 @@ def paths(traces: Traces) -> Figure:
     return figure
 
 
+@takes(Traces)
 def first_point(traces: Traces) -> Figure:
     """Figure 8: the abscissa of the first point and its reference, and the difference enlarged."""
     with drawing(9.0, 5.4) as figure:
@@ -97,6 +100,7 @@ def first_point(traces: Traces) -> Figure:
     return figure
 
 
+@takes(Traces)
 def velocities(traces: Traces, rotation: bool = False) -> Figure:
     """Figures 10 and 11: the camera's translation or rotation velocity in its own frame."""
     first, factor = 3 if rotation else 0, 1e3  # mm/s and mrad/s alike

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import EXACT, GREY, INK, WITH, WITHOUT, drawing, label
+from vsctrl.report.plots.style import EXACT, GREY, INK, WITH, WITHOUT, drawing, label, takes
 from vsctrl.study.compensation.results import Remedies, Treated
 from vsctrl.study.experiments.experiment import Measured
 
@@ -21,6 +21,7 @@ LEGEND = ("true error", "error that the law sees", "gain limit", "gain of the sc
 ENDLESS = 1.5  #: longest axis of gains, in limits of the sampled loop
 
 
+@takes(Remedies)
 def remedies(comparison: Remedies) -> Figure:
     """Error on a ramp (mm) and gain limit (s⁻¹) of each remedy: simulation over theory.
 

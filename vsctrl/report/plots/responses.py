@@ -8,11 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, WITH, WITHOUT, drawing, label
+from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, WITH, WITHOUT, drawing, label, takes
 from vsctrl.servo import Run
 from vsctrl.study.plot_data import Times
 
 
+@takes(Times)
 def responses(data: Times) -> Figure:
     """The step, what Padé gets wrong of it, and the tracking error on the ramp."""
     with drawing(7.2, 5.6) as figure:
@@ -49,6 +50,7 @@ def responses(data: Times) -> Figure:
     return figure
 
 
+@takes(Run, Run)
 def errors(on: Run, off: Run) -> Figure:
     """Figures 5 and 7 of the paper: image error E with and without k_ff, true and as measured."""
     with drawing(7.2, 3.8) as figure:
@@ -66,6 +68,7 @@ def errors(on: Run, off: Run) -> Figure:
     return figure
 
 
+@takes(Run, Run)
 def top_view(on: Run, off: Run) -> Figure:
     """Figure 6 of the paper: the camera's path from above, and where it is at the end.
 

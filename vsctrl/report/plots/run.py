@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vsctrl.arrays import Array
 from vsctrl.errors import InputError
-from vsctrl.report.plots.style import EXACT, INK, STYLE, WITH, WITHOUT, drawing, label
+from vsctrl.report.plots.style import EXACT, INK, STYLE, WITH, WITHOUT, drawing, label, takes
 from vsctrl.servo import Run
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.outcome import distance, notice, outcome, side
@@ -31,6 +31,7 @@ LEAST = 0.1
 GROWTH = 100.0
 
 
+@takes(Run)
 def run_figure(run: Run) -> Figure:
     """Image plane, errors, twist and lag of a run, with a caption that says what to notice."""
     with drawing(9.6, 7.6) as figure:
@@ -186,7 +187,7 @@ def _lag(figure: Figure, cell: Any, run: Run) -> None:
         top.plot(run.t, along, color=EXACT, label="along the motion (+ ahead)")
         top.set_title("lag")
         words = side(along[-1])
-        if run.status.ok and words:
+        if run.status.complete and words:
             ahead, end = along[-1] > 0, (run.t[-1], along[-1])
             place: Any = {"ha": "right", "va": "top" if ahead else "bottom", "color": EXACT}
             label(top, f"{abs(along[-1]):.3g} mm {words}", end, (-3, -4 if ahead else 4), **place)
@@ -225,7 +226,7 @@ def _scale(axes: Axes, run: Run, values: Array, *, zero: bool = False) -> None:
     low, high = float(values.min()), float(values.max())
     size = np.abs(values).reshape(len(run.t), -1).max(axis=1)
     usual = float(np.median(size))
-    if not run.status.ok and usual > LEAST and size.max() > GROWTH * usual:
+    if not run.status.complete and usual > LEAST and size.max() > GROWTH * usual:
         if zero:
             axes.set_yscale("log")
             axes.set_ylim(bottom=max(float(size[size > 0].min()), 1e-3 * usual))

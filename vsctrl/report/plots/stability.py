@@ -8,11 +8,23 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, WITH, WITHOUT, drawing, label, phase
+from vsctrl.report.plots.style import (
+    EXACT,
+    GREY,
+    INK,
+    PADE,
+    WITH,
+    WITHOUT,
+    drawing,
+    label,
+    phase,
+    takes,
+)
 from vsctrl.study.plot_data import Frequency, Locus
 from vsctrl.study.stability import Stability
 
 
+@takes(Frequency, Stability)
 def bode(data: Frequency, stability: Stability) -> Figure:
     """Magnitude and phase of the opened loop, exact delay against Padé, margins marked."""
     with drawing(7.2, 5.0) as figure:
@@ -44,6 +56,7 @@ def bode(data: Frequency, stability: Stability) -> Figure:
     return figure
 
 
+@takes(Frequency, Stability)
 def nyquist(data: Frequency, stability: Stability) -> Figure:
     """L(jω) in the plane round −1, exact delay against Padé, with the circle of 1/Ms."""
     with drawing(4.9, 4.4) as figure:
@@ -66,6 +79,7 @@ def nyquist(data: Frequency, stability: Stability) -> Figure:
     return figure
 
 
+@takes(Locus, Stability)
 def root_locus(data: Locus, stability: Stability) -> Figure:
     """The rightmost characteristic roots as λ grows, exact delay against Padé."""
     with drawing(4.9, 4.4) as figure:

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from functools import wraps
+from inspect import signature
+from typing import Any, ParamSpec, TypeVar
 
 import matplotlib as mpl
 import numpy as np
@@ -18,6 +20,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vsctrl.arrays import Array
+from vsctrl.checks import require_kind
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 INK = "#010203"
 EXACT = "#2f6fb7"
@@ -88,3 +94,21 @@ def label(axes: Axes, words: str, point: Any, shift: tuple[float, float], **styl
 def phase(values: Any) -> Array:
     """Phase in degrees, unwound along the frequency axis."""
     return np.asarray(np.degrees(np.unwrap(np.angle(values))), float)
+
+
+def takes(*kinds: type) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """A figure of values of these types, in the order of its arguments: others are refused."""
+
+    def wrap(draw: Callable[P, T]) -> Callable[P, T]:
+        names = signature(draw)
+
+        @wraps(draw)
+        def checked(*args: P.args, **kwargs: P.kwargs) -> T:
+            given = names.bind(*args, **kwargs).arguments
+            for (name, value), kind in zip(given.items(), kinds, strict=False):
+                require_kind(name, value, kind, f"{draw.__name__} draws a {kind.__name__}")
+            return draw(*args, **kwargs)
+
+        return checked
+
+    return wrap

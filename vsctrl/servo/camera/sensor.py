@@ -17,6 +17,9 @@ from vsctrl.servo.camera.camera import NEAREST, Camera
 from vsctrl.servo.camera.lens import distorted
 from vsctrl.servo.timing import delayed
 
+# Numbers beyond this are whole, in double precision.
+_WHOLE = 2.0**52
+
 
 class TrueImage(NamedTuple):
     """An image without errors: features (2p,) in px, depths (p,) in m, and which points it shows.
@@ -151,6 +154,14 @@ class Schedule:
         """What the sensor makes of the true image (2p,) that the law is given at frame k, px."""
         if self.noise is not None:
             features = features + self.noise[self.index[k]]
-        if self.quantum:
-            features = self.quantum * np.round(features / self.quantum)
-        return features
+        return rounded(features, self.quantum) if self.quantum else features
+
+
+def rounded(features: Array, quantum: float) -> Array:
+    """Coordinates in px to whole multiples of a quantum above 0, px.
+
+    What is finer than their last digit, as the smallest of all numbers is, leaves them as they are.
+    """
+    with np.errstate(over="ignore"):
+        count = features / quantum
+    return np.where(np.abs(count) < _WHOLE, quantum * np.round(count), features)

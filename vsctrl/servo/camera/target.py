@@ -32,9 +32,9 @@ class Target:
     sway: float | None = None
 
     def __post_init__(self) -> None:
-        points = np.array(self.points, dtype=np.float64)
+        points = checks.array("points", self.points)
         checks.point_list("points", points)
-        drift = np.array(self.drift, dtype=np.float64)
+        drift = checks.array("drift", self.drift)
         if drift.shape != (6,):
             raise InputError(
                 f"drift: an array of shape {drift.shape} is no twist; give (6,), m/s and rad/s."

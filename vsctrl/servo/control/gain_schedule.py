@@ -4,8 +4,13 @@ The feedback is ``−λ(e) (L̂⁺ẽ + (1/Tᵢ) Σ L̂⁺ẽ Tₛ)`` with ``ẽ
 out where the scenario has none of it, and then this is ``−λ L̂⁺e``. What is summed up is the twist
 that the error asks for, not the error itself: points that come and go leave no sums behind.
 
-Sources: the adaptive gain is that of ViSP (vpAdaptiveGain), the smooth start that of Mansard and
-Chaumette, Task sequencing for high-level sensor-based control, IEEE Trans. Robotics 23 (2007).
+Sources: the adaptive gain is the curve of ViSP (vpAdaptiveGain) over another argument: ViSP takes
+the greatest |L̂⁺e|, in m and rad whatever the features, this law the greatest |e|, in px for points
+(in m and rad with ``scheme = "pose"``). So its constants λ'₀ are not ViSP's: (4, 0.4, 30) of ViSP,
+copied, would fall by 30 s⁻¹ a pixel and be 0.4 s⁻¹ at any error that is seen. The smooth start
+follows Mansard and Chaumette, Task sequencing for high-level sensor-based control, IEEE Trans.
+Robotics 23 (2007), who ease the task e(0), as here; ViSP eases the velocity, (L̂⁺e)(0). Both are
+one while L̂ stays as it was at the start.
 """
 
 import math
@@ -18,7 +23,7 @@ from vsctrl.arrays import Array
 def adaptive(lam: float, lam_zero: float, slope: float, size: float) -> float:
     """``λ(x) = (λ₀ − λ) exp(−λ'₀ x/(λ₀ − λ)) + λ``: λ₀ at no error, λ at a great one.
 
-    lam, lam_zero: s⁻¹; slope: λ'₀ > 0, s⁻¹ per unit of the error; size: x, the greatest error.
+    lam, lam_zero: s⁻¹; slope: λ'₀ > 0, s⁻¹ per unit of x; size: x, the greatest |e|, px for points.
     """
     span = lam_zero - lam
     return span * math.exp(-slope / span * size) + lam

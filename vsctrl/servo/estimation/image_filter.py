@@ -21,7 +21,6 @@ import numpy as np
 
 from vsctrl import timing
 from vsctrl.arrays import Array, Mask
-from vsctrl.errors import InputError
 from vsctrl.servo import checks
 
 Model = Literal["velocity", "acceleration"]
@@ -87,10 +86,10 @@ class ImageFilter:
     def __init__(
         self, model: Model, period: float, latency: float, process: float, measurement: float
     ) -> None:
-        if model not in ORDER:
-            raise InputError(f"model: {model!r} is none; choose 'velocity' or 'acceleration'.")
+        known = isinstance(model, str) and model in ORDER
+        checks.require(known, "model", model, "is none; choose 'velocity' or 'acceleration'.")
         checks.positive("period", period, "a time above 0 s")
-        if latency != 0:
+        if not isinstance(latency, int | float) or latency != 0:
             checks.positive("latency", latency, "a time of 0 s or more")
         checks.positive(
             "process", process, "an intensity above 0, for with 0 the filter stops to follow"

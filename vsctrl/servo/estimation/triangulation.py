@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from vsctrl.arrays import Array, Mask
 from vsctrl.errors import InputError
+from vsctrl.servo import checks
 from vsctrl.servo.camera.camera import NEAREST, Camera
 from vsctrl.servo.least_squares import minimise
 
@@ -64,10 +65,11 @@ def target_from_motion(
     has settled, and it lies in front of every camera that saw it. The others keep a finite place
     that fits their rays. Raises InputError when the shapes do not belong together.
     """
-    images = np.asarray(images, dtype=np.float64)
-    poses = np.asarray(poses, dtype=np.float64)
-    visible = np.asarray(visible, dtype=bool)
+    images, poses = checks.array("images", images), checks.array("poses", poses)
+    visible = checks.array("visible", visible).astype(bool)
     _check(images, poses, visible)
+    for name, F in (("Fx", Fx), ("Fy", Fy)):
+        checks.positive(name, F, "a focal length above 0 px")
     n, p = visible.shape
     image = images.reshape(n, p, 2)
     seen = visible & (np.abs(image) < _FARTHEST).all(axis=-1)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from vsctrl.arrays import Array
+from vsctrl.checks import require_kind
 from vsctrl.servo import checks
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.camera.target import Target
@@ -200,6 +201,7 @@ def feasibility(
     infinite duration, and a field of view without camera or target.
     """
     checks.at_least("samples", samples, FEWEST_SAMPLES)
+    require_kind("trajectory", trajectory, Trajectory, "give a motion, as servo.hold is one")
     limits = limits or Limits()
     demands = Demands(trajectory, limits, robot or FreeCamera(), camera, target)
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vsctrl.arrays import Array
+from vsctrl.checks import is_number, require_kind
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
 from vsctrl.servo.camera.camera import Camera
@@ -125,8 +126,9 @@ def slowed(trajectory: Trajectory, factor: float) -> Retimed:
     speed and acceleration. Raises InputError for a factor that is not finite and above 0 (as it is
     not where the twist jumps), and a trajectory without end.
     """
+    require_kind("trajectory", trajectory, Trajectory, "give a motion, as servo.hold is one")
     checks.require(
-        0 < factor < math.inf,
+        is_number(factor) and 0 < factor < math.inf,
         "factor",
         factor,
         "is no finite number above 0; where the twist jumps no even pace will do, so blend the "
@@ -161,6 +163,7 @@ def fastest(
     InputError where the path itself leaves joints' ranges or image, where nothing moves, and for
     more than 1000 jumps.
     """
+    require_kind("trajectory", trajectory, Trajectory, "give a motion, as servo.hold is one")
     limits = limits or Limits()
     demands = Demands(trajectory, limits, robot or FreeCamera(), camera, target)
     own = feasibility(trajectory, limits, robot=robot, camera=camera, target=target)

@@ -125,7 +125,9 @@ class Linked(Trajectory):
     _segments: tuple[_Segment, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if not self.parts or not all(math.isfinite(part.duration) for part in self.parts):
+        checks.pose("oTc0", self.oTc0)
+        listed = isinstance(self.parts, Sequence)
+        if not (listed and self.parts and all(_finite(part) for part in self.parts)):
             raise InputError("parts: give at least one motion, each of finite duration.")
         checks.choice("blend", self.blend, ("none", *STEEPEST))
         limits = checks.vector("max_acceleration", self.max_acceleration, 2)
@@ -211,3 +213,8 @@ class Linked(Trajectory):
 def _differ(A: Array, B: Array) -> bool:
     scale = ROUNDING * (np.abs(A) + np.abs(B)).max()
     return bool((np.abs(B - A) > scale).any())
+
+
+def _finite(part: object) -> bool:
+    """Whether this is a motion that ends."""
+    return isinstance(part, Trajectory) and math.isfinite(part.duration)

@@ -47,7 +47,7 @@ class Path(Trajectory):
 
     def __post_init__(self) -> None:
         t, poses = _checked(self.t, self.poses)
-        twists = np.array(self.twists, dtype=np.float64)
+        twists = checks.array("twists", self.twists)
         if twists.shape != (len(t), 6) or not np.isfinite(twists).all():
             raise InputError(
                 f"twists: an array of shape {twists.shape} for {len(t)} poses; give finite numbers "
@@ -139,8 +139,7 @@ def _apply(M: Array, x: Array) -> Array:
 
 def _checked(t: ArrayLike, poses: ArrayLike) -> tuple[Array, Array]:
     """Times and poses as arrays of their own, or InputError."""
-    t = np.array(t, dtype=np.float64)
-    poses = np.array(poses, dtype=np.float64)
+    t, poses = checks.array("t", t), checks.array("poses", poses)
     if t.ndim != 1 or len(t) < 2 or t[0] != 0 or not (np.diff(t) > 0).all():
         raise InputError(
             "t: the times of a path are at least two that increase from 0; sort them and subtract "

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from vsctrl import timing
 from vsctrl.arrays import Array
+from vsctrl.checks import is_number
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
 from vsctrl.servo.pose import exp
@@ -94,6 +95,8 @@ class ConstantScrew(Trajectory):
     duration: float = math.inf
 
     def __post_init__(self) -> None:
+        checks.pose("oTc0", self.oTc0)
+        checks.vector("T", self.T, 6)
         checks.duration(self.duration)
 
     def pose(self, t: ArrayLike) -> Array:
@@ -158,6 +161,7 @@ class Oscillation(Trajectory):
     waveform: Waveform = "sine"
 
     def __post_init__(self) -> None:
+        checks.pose("oTc0", self.oTc0)
         D = checks.vector("direction", self.direction, 6)
         part = D[:3] if D[:3].any() else D[3:]
         checks.unit("direction", part)
@@ -172,9 +176,10 @@ class Oscillation(Trajectory):
         object.__setattr__(self, "direction", D)
         for name in ("amplitude", "period"):
             value = getattr(self, name)
-            checks.require(0 < value < math.inf, name, value, "is not a number above 0; give one.")
+            kept = is_number(value) and 0 < value < math.inf
+            checks.require(kept, name, value, "is not a number above 0; give one.")
         checks.duration(self.duration)
-        known = self.waveform in ("sine", "triangle")
+        known = isinstance(self.waveform, str) and self.waveform in ("sine", "triangle")
         problem = "is no waveform; choose 'sine' or 'triangle'."
         checks.require(known, "waveform", self.waveform, problem)
 

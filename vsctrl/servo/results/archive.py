@@ -40,6 +40,9 @@ R = TypeVar("R", bound=Frames)
 FORMAT, VERSION = "vsctrl-run", 1
 # The oldest date that a zip archive can tell: the time of writing is no part of a run.
 _NEVER = (1980, 1, 1, 0, 0, 0)
+# A camera that is farther from its reference than it can be has ended its run long before: sums of
+# squares of what is kept are finite numbers.
+_LARGEST = 1e100
 _AGAIN = "simulate the scenario again and save that"
 
 
@@ -202,8 +205,8 @@ class _File:
 
     def check_end(self, status: Status, frames: int, scenario: Scenario) -> None:
         """A run keeps the frame that it failed in only where that had an image and a command."""
-        kept = status.frame + (status.ok or status.kind in SEEN)
-        if frames != kept or (status.ok and status.frame != scenario.frames):
+        kept = status.frame + (status.complete or status.kind in SEEN)
+        if frames != kept or (status.complete and status.frame != scenario.frames):
             self.refuse(
                 f"{frames} frames of {scenario.frames + 1} do not go with the status "
                 f'"{status.kind}" at frame {status.frame}; {_AGAIN}'
@@ -249,6 +252,8 @@ class _File:
         out = np.ascontiguousarray(self.read(name), dtype=kind)
         if not np.isfinite(out).all():
             self.refuse(f"{name}: a value is not a finite number; {_AGAIN}")
+        if kind == np.float64 and np.abs(out).max(initial=0.0) > _LARGEST:
+            self.refuse(f"{name}: a value is beyond ±{_LARGEST:g}, as no run has it; {_AGAIN}")
         if name == "t" and not (len(out) and np.array_equal(out, scenario.t[: len(out)])):
             self.refuse(f"t: these are not the frames of the scenario; {_AGAIN}")
         out.setflags(write=False)

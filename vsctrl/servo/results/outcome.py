@@ -126,7 +126,7 @@ class Outcome(Printed):
             f"{self.name} ({self.digest}), {self.frames} frames to t = {self.end:g} s",
             self.status.sentence,
             *(event.sentence for event in self.events),
-            *([UNSTEADY] if self.status.ok and not self.settled else []),
+            *([UNSTEADY] if self.status.complete and not self.settled else []),
             "",
             f"{'':<28}{'at the end':>14}    last quarter",
         ]
@@ -185,7 +185,7 @@ def outcome(run: Frames) -> Outcome:
         visible=int(run.visible.sum(axis=1).min()),
         points=run.visible.shape[1],
         reach=_reach(run),
-        settled=run.status.ok and _settled(distance(run)),
+        settled=run.status.complete and _settled(distance(run)),
     )
 
 
@@ -199,9 +199,9 @@ def distance(run: Frames) -> Array:
 
 def notice(summary: Outcome) -> str:
     """One to three sentences on what a reader of the run's figure should see."""
+    parts = [UNSTEADY] if summary.status.complete and not summary.settled else []
     if not summary.status.ok:
-        return summary.status.sentence
-    parts = [] if summary.settled else [UNSTEADY]
+        return " ".join([summary.status.sentence, *parts])
     if summary.along is None:
         parts.append(
             f"The camera ends {number(1e3 * summary.distance.final)} mm from its reference."
@@ -267,7 +267,7 @@ def _settled(distances: Array) -> bool:
 
 def _end_and_mean(run: Frames, values: Array) -> EndAndMean:
     final = float(values[-1])
-    if not run.status.ok:
+    if not run.status.complete:
         return EndAndMean(final, None, None)
     last = values[-max(1, round(LAST * len(values))) :]
     low, high = float(last.min()), float(last.max())

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from vsctrl.files import as_path
 from vsctrl.servo.results import archive
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.dataset import dataset
@@ -32,7 +33,7 @@ class Run(Frames):
         ``np.load`` opens it too; see ``archive`` for what is in it. Equal runs give equal bytes.
         Raises InputError when the file cannot be written.
         """
-        archive.save(self, Path(path))
+        archive.save(self, as_path("path", path))
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -40,7 +41,7 @@ class Run(Frames):
 
         Raises InputError, a sentence that begins with the path.
         """
-        return archive.load(cls, Path(path))
+        return archive.load(cls, as_path("path", path))
 
     def to_xarray(self) -> "xarray.Dataset":
         """All arrays with named dimensions, units and meanings; needs ``vsctrl[scale]``.

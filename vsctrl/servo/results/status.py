@@ -5,6 +5,7 @@ from typing import Literal
 
 Kind = Literal[
     "completed",
+    "reference not reached",
     "target behind camera",
     "too few points",
     "all points lost",
@@ -29,14 +30,20 @@ class Event:
 class Status:
     """How a run ended.
 
-    ok: every frame was computed; kind: what happened; frame: the last frame of a completed run,
-    else the frame that failed; sentence: the same for a reader, with the remedy.
+    ok: every frame was computed, and the camera did not end elsewhere than at its reference; kind:
+    what happened; frame: the last frame of a complete run, else the frame that failed; sentence:
+    the same for a reader, with the cause and the remedy.
     """
 
     ok: bool
     kind: Kind
     frame: int
     sentence: str
+
+    @property
+    def complete(self) -> bool:
+        """Whether every frame was computed, wherever the camera ended."""
+        return self.kind in ("completed", "reference not reached")
 
 
 #: The key of [faults] that decides about each kind; what is not here always ends the run.

@@ -2,4 +2,5 @@
 
 from vsctrl.servo.scenario.description import COMMENTS as COMMENTS
 from vsctrl.servo.scenario.scenario import Scenario as Scenario
+from vsctrl.servo.scenario.scenario import require_scenario as require_scenario
 from vsctrl.servo.scenario.scenario import schema as schema

@@ -20,6 +20,7 @@ from vsctrl.servo.scenario.types import (
     Number,
     Points,
     Positive,
+    Seconds,
     Share,
     Twist,
     Vector3,
@@ -97,16 +98,18 @@ class LawTable(Table):
         None, description="gain at no error, 1/s: falls to lam with the error (adaptive gain)"
     )
     lam_slope: MaybePositive = Field(
-        None, description="how fast it falls at no error, 1/s per unit of the greatest error"
+        None,
+        description="how fast it falls at no error, 1/s per unit of the greatest |e|, px for "
+        "points; that of ViSP is per m and rad of L⁺e, and no number for here",
     )
     smooth: MaybePositive = Field(
-        None, description="rate at which the first error is let in, 1/s (smooth start)"
+        None, description="rate at which the first error e(0) is let in, 1/s (smooth start)"
     )
     T_i: MaybePositive = Field(
         None, description="time of the integral action λ(1 + 1/(T_i s)), s; left out: none"
     )
-    preview: Nonnegative = Field(0.0, description="how early the whole reference is used, s")
-    preview_ff: Nonnegative = Field(0.0, description="how early its derivative alone is used, s")
+    preview: Seconds = Field(0.0, description="how early the whole reference is used, s")
+    preview_ff: Seconds = Field(0.0, description="how early its derivative alone is used, s")
 
     def problems(self) -> Iterator[Problem]:
         """Half an adaptive gain, and one that rises with the error."""
@@ -130,10 +133,10 @@ class VisionTable(Table):
 
     heading = "vision"
     period: Positive = Field(description="video period, s")
-    latency: Nonnegative = Field(
+    latency: Seconds = Field(
         description="age of a measurement when it is used, s, any number of periods"
     )
-    jitter: Nonnegative = Field(
+    jitter: Seconds = Field(
         0.0,
         description="standard deviation of that age, s; ages below 0 are cut to 0, which raises "
         "their mean where jitter is not small beside the latency",

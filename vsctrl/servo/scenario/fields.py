@@ -92,6 +92,14 @@ def nonnegative(value: object) -> float:
     return out
 
 
+def seconds(value: object) -> float:
+    """A time in s that is 0, or no smaller than 1e-9: no clock of a loop tells less from 0."""
+    out = nonnegative(value)
+    if 0 < out < SMALLEST:
+        raise ValueError(f"{show(out)} s is below {SMALLEST:g} s; check the unit, or give 0")
+    return out
+
+
 def whole(value: object) -> int:
     """A whole number that is zero or more and fits 63 bits."""
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):

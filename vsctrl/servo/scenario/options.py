@@ -11,13 +11,13 @@ from pydantic import Field
 from vsctrl.servo.scenario.tables import Problem, Table
 from vsctrl.servo.scenario.types import (
     CHOICE,
-    MaybeNonnegative,
     MaybeNumber,
     MaybePositive,
     MaybePositives,
+    MaybeSeconds,
     MaybeTwist,
-    Nonnegative,
     Positive,
+    Seconds,
     Switch,
     Twist,
     Vector2,
@@ -75,7 +75,7 @@ class PredictorTable(Table):
         "none",
         description="none, smith, or a Kalman filter: velocity or acceleration of the target",
     )
-    tau_hat: MaybeNonnegative = Field(
+    tau_hat: MaybeSeconds = Field(
         None,
         description="latency that it believes in, s; left out: the true one, and with smith "
         "robot.dead_time on top",
@@ -101,7 +101,7 @@ class RobotTable(Table):
     carrier: Annotated[Carrier, CHOICE] = Field(
         "free", description="free (moves as told) or gantry (three slides and a wrist)"
     )
-    dead_time: Nonnegative = Field(0.0, description="between a command and its motion, s")
+    dead_time: Seconds = Field(0.0, description="between a command and its motion, s")
     speed_limit: MaybePositive = Field(None, description="greatest speed of the camera, m/s")
     rate_limit: MaybePositive = Field(None, description="greatest rotation of the camera, rad/s")
     acceleration_limit: MaybePositive = Field(
@@ -112,7 +112,7 @@ class RobotTable(Table):
     angular_acceleration_limit: MaybePositive = Field(
         None, description="greatest |Ω'| of the twist's components in the camera frame, rad/s²"
     )
-    time_constant: Nonnegative = Field(0.0, description="of the axes' first-order lag, s")
+    time_constant: Seconds = Field(0.0, description="of the axes' first-order lag, s")
     joints: MaybeTwist = Field(None, description="of the gantry at the start, m and rad")
     avoidance: Switch = Field(False, description="slow down before a joint reaches its end")
 

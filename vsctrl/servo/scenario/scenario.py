@@ -14,6 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from vsctrl import files
+from vsctrl.checks import require_kind
 from vsctrl.errors import InputError
 from vsctrl.servo.pose import exp
 from vsctrl.servo.scenario import fields, toml
@@ -132,7 +133,7 @@ class Scenario(Description):
     def load(cls, path: str | Path) -> Self:
         """Scenario from a TOML file in UTF-8. Raises InputError that starts with the file."""
         try:
-            return cls.from_toml(files.read_text(Path(path), "TOML file"))
+            return cls.from_toml(files.read_text(files.as_path("path", path), "TOML file"))
         except fields.FieldsError as error:
             raise fields.FieldsError(error.problems, source=str(path)) from None
 
@@ -149,7 +150,13 @@ class Scenario(Description):
 
     def save(self, path: str | Path) -> None:
         """Write ``to_toml`` to a file: all of it or nothing. Raises InputError if impossible."""
-        files.write(Path(path), self.to_toml(), "scenario")
+        files.write(files.as_path("path", path), self.to_toml(), "scenario")
+
+
+def require_scenario(scenario: object) -> None:
+    """Raises InputError for what is no Scenario, such as the name of its file."""
+    remedy = "give a Scenario, as vs.Scenario.load(FILE) reads it and vs.paper.sliding() is one"
+    require_kind("scenario", scenario, Scenario, remedy)
 
 
 def schema() -> str:

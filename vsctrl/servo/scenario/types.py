@@ -45,12 +45,11 @@ Share = Annotated[float, Check(fields.share), WithJsonSchema({**_FROM_ZERO, "exc
 Number = Annotated[float, Check(fields.number)]
 Positive = Annotated[float, Check(fields.positive), WithJsonSchema(_ABOVE_ZERO)]
 Nonnegative = Annotated[float, Check(fields.nonnegative), WithJsonSchema(_FROM_ZERO)]
+Seconds = Annotated[float, Check(fields.seconds), WithJsonSchema(_FROM_ZERO)]
 # What may be left out: None here, no value to an editor.
 MaybeNumber = Annotated[float | None, Check(maybe(fields.number)), WithJsonSchema(_NUMBER)]
 MaybePositive = Annotated[float | None, Check(maybe(fields.positive)), WithJsonSchema(_ABOVE_ZERO)]
-MaybeNonnegative = Annotated[
-    float | None, Check(maybe(fields.nonnegative)), WithJsonSchema(_FROM_ZERO)
-]
+MaybeSeconds = Annotated[float | None, Check(maybe(fields.seconds)), WithJsonSchema(_FROM_ZERO)]
 
 Vector2 = Annotated[tuple[float, float], Check(fields.vector(2)), _array(_NUMBER, 2, 2)]
 Vector3 = Annotated[fields.Vector3, Check(fields.vector(3)), _array(_NUMBER, 3, 3)]

@@ -20,6 +20,7 @@ from vsctrl.diagram import Ramp
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.servo.camera.camera import Camera
+from vsctrl.servo.scenario import require_scenario
 from vsctrl.study import modes, runs
 from vsctrl.study.compensation.compensators import Remedy, remedies
 from vsctrl.study.compensation.results import Remedies, SteadyError, Treated
@@ -66,6 +67,7 @@ def compare_remedies(
     is no number above 0 or a mismatch of over 100 video periods, where the law cannot tell all
     motions apart at the start, and where no remedy is stable.
     """
+    require_scenario(scenario)
     wrong = _mismatch(scenario, mismatch)
     if T_i is not None:
         loop.pi_gain_limit(scenario.vision.latency, T_i)  # refuses what is no time
@@ -196,7 +198,7 @@ def _simulated(
     run = runs.run(
         scenario, frames, kind="screw", V=(speed, 0.0, 0.0), Omega=(0.0,) * 3, **remedy.fields
     )
-    if not run.status.ok:
+    if not run.status.complete:
         return None, f"the run ended: {run.status.kind}"
     camera = Camera(scenario.camera.Fx, scenario.camera.Fy)
     L = camera.interaction(run.features[-1], run.depths[-1])

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from vsctrl import loop
 from vsctrl.arrays import Array
 from vsctrl.servo import Scenario
+from vsctrl.servo.scenario import require_scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured
 from vsctrl.study.modes import (
     characteristic,
@@ -56,6 +57,7 @@ def decay_modes(scenario: Scenario, gains: tuple[float, ...] | None = None) -> D
     frame or two have no rate, and no row. Agreement is asked with the sampled mode.
     Errors: `InputError` where the latency is no whole number of frames, or a gain not above 0.
     """
+    require_scenario(scenario)
     period, latency_s = scenario.vision.period, scenario.vision.latency
     latency(scenario)
     if gains is None:
@@ -100,7 +102,7 @@ def _odd_lag(scenario: Scenario, direction: Array) -> Array | None:
     unit, frames = scales(scenario), 8 * (scenario.latency_frames + 1) + 30
     along = OFFSET * direction
     both = [released(scenario, side * along, frames) for side in (1, -1)]
-    if not all(run.status.ok for run in both):
+    if not all(run.status.complete for run in both):
         return None
     odd: Array = (both[0].lag - both[1].lag) / (2 * OFFSET * unit)
     return odd

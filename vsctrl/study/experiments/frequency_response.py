@@ -20,6 +20,7 @@ from vsctrl import loop, timing
 from vsctrl.arrays import Complex
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
+from vsctrl.servo.scenario import require_scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured, Value
 from vsctrl.study.modes import nearest_depth, sideways_ratio
 from vsctrl.study.runs import run, settling
@@ -72,6 +73,7 @@ def sine_response(scenario: Scenario, omega: ArrayLike | None = None) -> SineRes
     tenths of it. Errors: `InputError` for other frequencies, where the loop is unstable as
     sampled, or the latency is no whole number of frames.
     """
+    require_scenario(scenario)
     top = math.pi / scenario.vision.period
     if omega is None:
         low = min(LOWEST * scenario.law.lam, LOWEST * top)
@@ -104,7 +106,7 @@ def _row(scenario: Scenario, feedforward: bool, w: float) -> SineRow:
         k_ff=_gain(scenario, feedforward),
     )
     simulated = None
-    if result.status.ok:
+    if result.status.complete:
         simulated = sine_fit(result.t[frames:], result.lag[frames:, 0] / amplitude, w)
     return SineRow(
         case=f"ω = {w:.4g} rad/s, {'with' if feedforward else 'without'} feed-forward",
@@ -113,7 +115,7 @@ def _row(scenario: Scenario, feedforward: bool, w: float) -> SineRow:
         simulated=simulated,
         allowed=(ROUNDING + 10 * remaining) * (1 + abs(exact)),
         reason=REASON,
-        note="" if result.status.ok else f"the run ended: {result.status.kind}",
+        note="" if result.status.complete else f"the run ended: {result.status.kind}",
         omega=w,
         feedforward=feedforward,
     )

@@ -20,6 +20,7 @@ import numpy as np
 from vsctrl import loop
 from vsctrl.arrays import Array
 from vsctrl.servo import Scenario
+from vsctrl.servo.scenario import require_scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured
 from vsctrl.study.modes import calibration, scales
 from vsctrl.study.runs import run, settling
@@ -100,6 +101,7 @@ def matrix_law(
     Errors: `InputError` where the loop is unstable as sampled, the latency is no whole number of
     frames, a ratio is not above 0, or a motion at this start would lose the target.
     """
+    require_scenario(scenario)
     ratio = _other_than_1(depth_ratio, scenario.law.depth_ratio, DEPTH_RATIO)
     phi = _other_than_1(focal_ratio, scenario.calibration.focal_ratio, FOCAL_RATIO)
     own = scenario.law.placement
@@ -205,7 +207,7 @@ def _lag(scenario: Scenario, twist: Array, frames: int) -> Array | None:
     """The lag at the end of a run with a constant twist, None where the run failed."""
     V, Omega = tuple(twist[:3].tolist()), tuple(twist[3:].tolist())
     result = run(scenario, frames, kind="screw", V=V, Omega=Omega)
-    return result.lag[-1] if result.status.ok else None
+    return result.lag[-1] if result.status.complete else None
 
 
 def size(twist: Array, unit: Array) -> float:

@@ -18,6 +18,7 @@ from vsctrl import loop
 from vsctrl.arrays import Array
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
+from vsctrl.servo.scenario import require_scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured
 from vsctrl.study.modes import eigen_directions, eigenvalues, gain_limit, scales
 from vsctrl.study.runs import latency, released
@@ -56,6 +57,7 @@ def stability_edge(
     Agreement is asked with the sampled limit; the continuous one is shown beside it.
     Errors: `InputError` where a latency is no whole number of frames, or a ratio not above 0.
     """
+    require_scenario(scenario)
     own = latency(scenario)
     for d in frames:
         if isinstance(d, bool) or not isinstance(d, int) or d < 0:
@@ -158,7 +160,7 @@ def growth(
     out = np.flatnonzero((size > math.log(GROWN)) | (size < math.log(DIED)))
     if out.size:
         return float(size[out[0]] / out[0])
-    if not run.status.ok:
+    if not run.status.complete:
         return math.log(GROWN) / len(size)
     later = size[len(size) // 3 :]
     k = np.linspace(-1, 1, len(later))

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 from vsctrl import tables
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
+from vsctrl.servo.scenario import require_scenario
 from vsctrl.study.experiments.dominant_mode import DecayModes, decay_modes
 from vsctrl.study.experiments.frequency_response import SineResponse, sine_response
 from vsctrl.study.experiments.matrix_law import MatrixLaw, matrix_law
@@ -76,6 +77,7 @@ def validate_all(
     Errors: `InputError` where the latency is no whole number of frames, or the target does not tell
     all motions apart.
     """
+    require_scenario(scenario)
     left_out: dict[str, str] = {}
 
     def attempt(name: str, make: Callable[[Scenario], P]) -> P | None:

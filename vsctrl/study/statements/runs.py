@@ -50,7 +50,7 @@ class Bench:
         """The run of a scenario, which must complete: a statement is read off all its frames."""
         if scenario not in self.kept:
             run = simulate(scenario)
-            if not run.status.ok:
+            if not run.status.complete:
                 raise InputError(f"{scenario.name}: {run.status.sentence}")
             self.kept[scenario] = run
         return self.kept[scenario]

@@ -21,6 +21,7 @@ from typing import Any, TypeVar
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.servo.motion.trajectory import Oscillation
+from vsctrl.servo.scenario import require_scenario
 from vsctrl.study.tracking.cases import cases, is_sideways
 from vsctrl.study.tracking.lag_history import History, Missing, history, missing
 from vsctrl.study.tracking.sine_error import Wave, polar, wave
@@ -239,6 +240,7 @@ def validate(scenario: Scenario) -> Comparison:
     velocity held over a frame.
     Errors: `InputError` where the reference has no translation.
     """
+    require_scenario(scenario)
     every = cases(scenario)
     reference = scenario.reference
     _check_translates(scenario)

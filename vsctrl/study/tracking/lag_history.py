@@ -112,7 +112,7 @@ def history(case: Case, run: Run) -> History:
         simulated=np.einsum("ki,ki->k", run.lag[:, :3], along[:n]),
         allowed=allowed,
         reason=reason,
-        note="" if run.status.ok else f"the simulation ended: {run.status.kind}",
+        note="" if run.status.complete else f"the simulation ended: {run.status.kind}",
     )
 
 

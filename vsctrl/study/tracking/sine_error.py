@@ -134,7 +134,7 @@ def wave(case: Case, reference: Oscillation) -> tuple[Wave, Run | None]:
         sampled = amplitude * _held(case, w)
         repaired = amplitude * _repaired(case, w)
         run = case.run(max(case.scenario.motion.duration, (frames + tail) * period))
-        if run.status.ok:
+        if run.status.complete:
             error = run.lag[-tail:, :3] @ reference.direction[:3]
             simulated = sine_fit(run.t[-tail:], error, w)
         else:

@@ -133,7 +133,7 @@ def row(case: Case, course_of: Callable[[Case], ReferenceCourse]) -> tuple[Stead
         notes.append(f"unstable at {1e3 * period:g} ms sampling")
     else:
         run = case.run(course.duration)
-        if run.status.ok:
+        if run.status.complete:
             simulated = float(run.lag_along_motion[timing.last_frame(course.at, period)])
         else:
             notes.append(f"the simulation ended: {run.status.kind}")
