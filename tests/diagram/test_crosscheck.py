@@ -1,5 +1,7 @@
 """check() passes where all is well, and says where not when one face is bent."""
 
+import math
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -8,7 +10,7 @@ import sympy as sp
 from oracles.delay import WORKING, figure1
 
 from vsctrl.diagram import Block, Diagram, Sum
-from vsctrl.diagram.consistency import crosscheck
+from vsctrl.diagram.consistency import crosscheck, margin_scan
 from vsctrl.diagram.pade import approximant
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.roots import rightmost
@@ -88,9 +90,25 @@ def bent_gain_of_the_twin(monkeypatch):
     )
 
 
+def bent_margins(monkeypatch):
+    """A search that ends above the crossing, as one that follows poles only may."""
+    right = margin_scan.loop_margins
+    blind = {"gain_crossings": (), "phase": math.inf, "delay": math.inf}
+    monkeypatch.setattr(margin_scan, "loop_margins", lambda loop: replace(right(loop), **blind))
+
+
+def bent_peak(monkeypatch):
+    right = margin_scan.loop_margins
+    monkeypatch.setattr(
+        margin_scan, "loop_margins", lambda loop: replace(right(loop), peak_sensitivity=1.0)
+    )
+
+
 @pytest.mark.parametrize(
     ("bend", "face"),
     [
+        (bent_margins, "margins"),
+        (bent_peak, "margins"),
         (bent_transfer, "state space"),
         (bent_roots, "poles"),
         (bent_pade, "Padé"),
@@ -106,6 +124,7 @@ def test_a_bent_face_is_named(monkeypatch, bend, face):
     assert not table.passed
     assert {line.faces.split(" against")[0] for line in table.lines if not line.passed} <= {
         face,
+        "margins",
         "poles",
         "state space",
         "step response",

@@ -6,9 +6,7 @@ function, to the module that knows how, and wraps what comes back in the ecosyst
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,10 +15,8 @@ from numpy.typing import ArrayLike
 from vsctrl.arrays import Array, Complex
 from vsctrl.checks import frequencies, quoted
 from vsctrl.checks import side as side_of
-from vsctrl.diagram.frequency.corners import corners, slow_corners
-from vsctrl.diagram.frequency.hidden_roots import closed_loop
-from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain
-from vsctrl.diagram.frequency.margins import Margins, margins
+from vsctrl.diagram.frequency.loop_margins import loop_margins
+from vsctrl.diagram.frequency.margins import Margins
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade import order as pade_order
 from vsctrl.diagram.roots import rightmost
@@ -157,22 +153,7 @@ class OpenLoop(Channel):
         Errors: `InputError` for a loop that is −1 at once, L(∞) = −1, and so has no solution;
         `LimitError` for roots that are too many to count.
         """
-        system = self.realisation
-        if abs(1 + self.sign * system.D[0, 0]) < 1e-12:
-            raise InputError(
-                f"margins: the loop through {self.target!r} is algebraic and singular: what L lets "
-                "through at once is −1, and 1 + L has no inverse; check gains and signs."
-            )
-        with np.errstate(over="ignore"):
-            rates = corners(self.system.blocks)
-            rates = np.append(rates, np.abs(np.linalg.eigvals(system.A)))
-            slow = slow_corners(system)
-            rates = np.append(rates, slow[slow < rates[rates > 0].min(initial=math.inf)])
-        roots = closed_loop(self)
-        far = HighFrequencyGain.of(system, self.sign)
-        with np.errstate(over="ignore", invalid="ignore"):  # |L|² beside a pole on the axis
-            found = margins(self, rates, float(system.tau.sum()), roots.unstable, far)
-        return replace(found, hidden_roots=roots.hidden)
+        return loop_margins(self)
 
     def _pade_on(self, on: object, order: object, tol: object, band: object) -> PadeModel:
         if on != "margins":

@@ -16,7 +16,7 @@ import numpy as np
 from sympy import Add, expand
 
 from vsctrl.arrays import Array, Complex
-from vsctrl.diagram.consistency import hidden_copies, sampled_limit
+from vsctrl.diagram.consistency import hidden_copies, margin_scan, sampled_limit
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade import order as pade_order
 from vsctrl.diagram.pade.approximant import SingularLoopError
@@ -81,6 +81,7 @@ def crosscheck(system: Numeric) -> CrossCheck:
     pairs = product(system.diagram.inputs, system.diagram.outputs)
     channels = [NumericChannel(system, *pair) for pair in pairs]
     lines = [check for channel in channels for check in _channel(channel)]
+    lines += [_margins(loop) for loop in margin_scan.loops(system)]
     notes = [copied.sentence for copied in hidden_copies.unstable_copies(system)]
     lines += [Check("whole diagram", "hidden unstable copies", 0.0, 0.0, note) for note in notes]
     return CrossCheck(tuple(lines))
@@ -109,6 +110,15 @@ def _channel(channel: NumericChannel) -> list[Check]:
         *_pade(channel, name, points),
         *_sampled(channel, name),
     ]
+
+
+def _margins(loop: NumericChannel) -> Check:
+    """Crossings and the peak of sensitivity against those of a dense scan."""
+    name, faces = f"L at {loop.target}", "margins against a scan"
+    try:
+        return Check(name, faces, margin_scan.missed(loop), 1e-6)
+    except (InputError, LimitError) as error:  # what the margins refuse is theirs to say
+        return Check(name, faces, 0.0, 0.0, f"left out: {error}")
 
 
 def _time(channel: NumericChannel, name: str) -> Check:
