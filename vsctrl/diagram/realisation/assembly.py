@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from scipy.linalg import matrix_balance
 
 from vsctrl.arrays import Array
 from vsctrl.diagram.description.wiring import Wiring, resolve
@@ -217,6 +216,6 @@ def _balanced(system: DelaySystem) -> DelaySystem:
     """
     if not len(system.A):
         return system
-    _, (unit, _) = matrix_balance(system.A, permute=False, separate=True)
+    unit = units.balancing(system.A)
     A, B = system.A * unit / unit[:, None], system.B / unit[:, None]
     return DelaySystem(A, B, system.C * unit, system.D, system.delays)

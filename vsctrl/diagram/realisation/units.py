@@ -20,6 +20,8 @@ from vsctrl.arrays import Array
 from vsctrl.diagram.description.wiring import Wiring, resolve
 from vsctrl.diagram.symbolic.coefficients import BlockCoefficients, Side
 
+FARTHEST = 60  #: |log₂| of the times (s) that count, and of the gains
+
 
 def of_time(blocks: list[BlockCoefficients]) -> float:
     """The geometric mean of delays and time constants (s)."""
@@ -31,7 +33,8 @@ def of_time(blocks: list[BlockCoefficients]) -> float:
             low, high = min(size, default=0), max(size, default=0)
             if low < high:
                 logs.append((math.log2(size[high]) - math.log2(size[low])) / (high - low))
-    return 2.0 ** round(sum(logs) / len(logs)) if logs else 1.0
+    # A pole of 1e-170 rad/s is none: what is beyond FARTHEST must not move all others.
+    return 2.0 ** round(float(np.clip(logs, -FARTHEST, FARTHEST).mean())) if logs else 1.0
 
 
 def in_units(blocks: list[BlockCoefficients], unit: float) -> list[BlockCoefficients]:
@@ -79,8 +82,17 @@ class Signals:
                     edges[row, place[leaf]] += abs(factor) * gains[leaf]
                 elif leaf in sources and row:
                     edges[row, 0] += abs(factor)
-        _, (unit, _) = matrix_balance(edges, permute=False, separate=True)
+        linked = edges > 0
+        edges[linked] = np.clip(edges[linked], 2.0**-FARTHEST, 2.0**FARTHEST)
+        unit = balancing(edges)
         return cls(float(unit[0]), dict(zip(names, unit[1:].tolist(), strict=True)))
+
+
+def balancing(matrix: Array) -> Array:
+    """Powers of 2, T, with which rows and columns of T⁻¹ M T match in size."""
+    with np.errstate(invalid="ignore"):  # SciPy also makes integers of them, which nobody asks for
+        _, (scale, _) = matrix_balance(matrix, permute=False, separate=True)
+    return np.asarray(scale, float)
 
 
 def size(side: Side) -> float:
