@@ -167,5 +167,6 @@ def judged(number):
 
 
 def test_whether_a_run_is_ok_is_what_its_true_pose_says():
-    wrong = [judged(number) for number in range(share(96, 8))]
+    # Two of them are a camera that wanders and one that sees nothing of its target any more.
+    wrong = [judged(number) for number in (*range(share(600) // 9), 517, 534)]
     assert not any(wrong), "\n".join(filter(None, wrong))

@@ -7,6 +7,7 @@ from vsctrl.servo.diagnosis.linearised import pull
 from vsctrl.servo.diagnosis.trials import ARRIVED, Trials, lag_sizes
 from vsctrl.servo.pose import inverse
 from vsctrl.servo.results.frames import Frames
+from vsctrl.servo.results.status import POLICY
 
 # The last part of a run is a quarter of it; between its halves a lag that is the same differs by
 # less than the one share, and a mean distance that is on its way to nothing by more than the other.
@@ -18,6 +19,8 @@ ENOUGH = 0.4
 # What sways about the reference has a mean lag below this share of its mean distance, and what
 # follows has this share of its lag from a perfect start, too.
 OWN = 0.5
+# What goes away again by this share of its distance wanders.
+ASTRAY = 0.1
 
 
 def far(run: Frames) -> bool:
@@ -55,7 +58,7 @@ def beside(run: Frames, held: bool, trials: Trials) -> bool:
         return False
     if held and run.twist[-last:-1].any():
         return False
-    if not _long_enough(run, last):
+    if not (_blind(run) or _wanders(run) or _long_enough(run, last)):
         return False
     moves = any(scenario.target.drift) or scenario.reference.twist(run.t[-last:]).any()
     if not moves:
@@ -77,6 +80,17 @@ def _mean_lags(run: Frames) -> tuple[Array, Array]:
     turned = (moved[:, :3, :3] - np.eye(3)).reshape(-1, 9) / np.sqrt(2)
     lag = np.concatenate([moved[:, :3, 3] / depth, turned], axis=1)
     return lag[:half].mean(axis=0), lag[half:].mean(axis=0)
+
+
+def _blind(run: Frames) -> bool:
+    """Whether the law was without an image that leads home for most of the run."""
+    return any(2 * e.frames > len(run.t) for e in run.events if e.kind in POLICY)
+
+
+def _wanders(run: Frames) -> bool:
+    """Whether the distance goes up and down in the last part, as that of no slow approach does."""
+    last = lag_sizes(run)[-(len(run.t) // LAST) :]
+    return bool(np.diff(last).clip(min=0.0).sum() > ASTRAY * last.mean())
 
 
 def _long_enough(run: Frames, last: int) -> bool:

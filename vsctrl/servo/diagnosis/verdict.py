@@ -48,7 +48,7 @@ def _ended(run: Frames, held: bool, trials: Trials) -> Status:
     if cause and (not cause.change or trials.helps(run, **cause.change)):
         why = cause.why
     else:
-        if cause or not beside(run, held, trials):
+        if not beside(run, held, trials):
             return run.status
         why = _met(run) or causes.of_the_task(trials, limited=_limited(run))
     away = float(np.linalg.norm(run.pose[-1, :3, 3] - run.reference_pose[-1, :3, 3]))
