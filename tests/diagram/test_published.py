@@ -279,6 +279,9 @@ def test_mathworks_neutral_loop_echoes_its_initial_step():
         for side in ("right", "left")
     )
     np.testing.assert_allclose(right - left, -((-0.8) ** t), atol=1e-12)
-    roots = system.poles(6)
-    assert (np.abs(roots.imag) > 50).all()
-    np.testing.assert_allclose(roots.real, math.log(0.8), atol=2e-3)
+    chain = system.roots_in(re=(-0.24, -0.2), im=(50, 75))
+    assert chain.certified and len(chain.roots) == 4  # one in 2π
+    np.testing.assert_allclose(chain.roots.real, math.log(0.8), atol=2e-3)
+    assert system.roots_right_of(0).chain == pytest.approx(math.log(0.8), rel=1e-9)
+    # Which has no rightmost root: those of low frequency are listed.
+    assert np.abs(system.poles(6).imag).min() < 2

@@ -68,6 +68,8 @@ def distinct(system: DelaySystem, ends: Complex, steps: Array, depth: int = 0) -
             out += _with_conjugate(disc.centre)
         elif 0 < count <= LARGEST:
             out += _several(system, disc, count, gap, depth)
+        elif count > LARGEST:
+            out += _with_conjugate(disc.centre) * count
     return np.array(out, complex)
 
 

@@ -40,7 +40,10 @@ def _found(system: DelaySystem, n: int) -> Complex:
     """The n rightmost roots (rad/s) and what else was found, in order."""
     system = delays_in_loops(system)
     if not system.delays:
-        return ordered(distinct(system, *polished(system, candidates(system, 0))))
+        roots = distinct(system, *polished(system, candidates(system, 0)))
+        # There are as many as states: of a root so often multiple that none is told, eigenvalues.
+        whole = len(roots) == len(system.A)
+        return ordered(roots if whole else np.linalg.eigvals(system.A).astype(complex))
     # With the longest delay as the unit of time nothing depends on the user's units.
     unit = float(max(system.delays))
     system = system.scaled(unit)
