@@ -89,7 +89,7 @@ def repeat(run, text):
         np.testing.assert_array_equal(getattr(again, name), getattr(run, name))
 
 
-@pytest.mark.parametrize("chunk", range(effort.share(CHUNKS, 6)))
+@pytest.mark.parametrize("chunk", range(effort.share(CHUNKS, 3)))
 def test_whatever_can_be_described_gives_finite_numbers_and_sentences(chunk):
     valid = 0
     for number in range(EACH):
