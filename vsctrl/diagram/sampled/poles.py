@@ -313,8 +313,3 @@ class Poles(Caching):
         if n is not None and not (is_whole(n) and n >= 1):
             raise InputError(f"poles: n = {n!r} is not usable; give a whole number of 1 or more.")
         return self.all[:n].copy()
-
-    @property
-    def is_stable(self) -> bool:
-        """Whether all are inside the unit circle."""
-        return bool((np.abs(self.all) < 1).all())
