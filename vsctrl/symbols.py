@@ -24,6 +24,9 @@ v = Symbol("v", positive=True)  #: slope of a ramp reference, 1/s times the unit
 tau_hat = Symbol("tauhat", positive=True)  #: modelled latency τ̂ of a Smith predictor, s
 h = Symbol("h", positive=True)  #: preview h, how early the reference is known, s
 T_i = Symbol("T_i", positive=True)  #: integral time Tᵢ of a PI gain λ(1 + 1/(Tᵢ s)), s
+# Of a robot that answers late: after a dead time θ, and with axes of first order 1/(1 + T_a s).
+theta = Symbol("theta", positive=True)  #: dead time of the robot θ, s
+T_a = Symbol("T_a", positive=True)  #: time constant of its axes, s
 
 # Points, cameras and screws --------------------------------------------------------------------
 t = Symbol("t", real=True)  #: time elapsed since t₀ (Δt of the paper), s

@@ -5,7 +5,8 @@ Nothing is typed in, so a changed diagram changes its formulas. ``figure1`` is t
 diagram, ``tracking`` that of figure 1, ``constants`` its error constants; ``limits`` the gain
 limits, with ``fractional_delay`` between whole periods and ``compensated_limits`` of the variants;
 ``criteria`` and ``design`` the gain for a wanted quality; ``matrix`` the loop in six degrees of
-freedom; ``summary`` all of it for one gain and one delay.
+freedom; ``scenario_loop`` the loop of a scenario, with all that is linear in it (`of`);
+``summary`` all of it for one gain and one delay.
 """
 
 from vsctrl.loop.closed import pade_gain_limit, pole, sampled_sine_error, step_response
@@ -21,6 +22,7 @@ from vsctrl.loop.matrix import (
     matrix_gain_limit,
     steady_lag,
 )
+from vsctrl.loop.scenario_loop.of import ScenarioLoop, of
 from vsctrl.loop.steady import amplitude_and_phase, error_transfer, steady_error
 from vsctrl.loop.tracking import (
     harmful_feedforward_gain,
@@ -33,6 +35,7 @@ from vsctrl.loop.variants import nulling_preview, pi, preview, previewed_feedfor
 __all__ = [
     "ErrorConstants",
     "Placement",
+    "ScenarioLoop",
     "amplitude_and_phase",
     "calibration_matrix",
     "depth_error_matrix",
@@ -50,6 +53,7 @@ __all__ = [
     "matrix_gain_limit",
     "nulling_feedforward",
     "nulling_preview",
+    "of",
     "pade_gain_limit",
     "per_sample",
     "pi",

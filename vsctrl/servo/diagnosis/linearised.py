@@ -17,8 +17,10 @@ from vsctrl.servo.control.measurement import Measurement
 from vsctrl.servo.pose import adjoint, exp
 from vsctrl.servo.scenario import Scenario, assembly
 
-# Steps of the differences, as shares of the depth and in rad: truncation 1e-8 and rounding 1e-10.
-STEP = 1e-4
+# Steps of the differences, as shares of the depth and in rad: truncation 1e-12, rounding 1e-12.
+STEP = 1e-3
+# What is as near to the identity is that.
+EXACT = 1e-9
 # Eigenvalues of A M below this share of the greatest are 0: nothing pulls in their direction.
 NOTHING = 1e-6
 
@@ -44,7 +46,7 @@ def pull(scenario: Scenario) -> Array | None:
     sensor, ages = assembly.sensor(still), assembly.delays(still)
     plan = assembly.plan(still, sensor, still.t, ages)
     reference, hand = plan.pose[0], assembly.hand_eye(still)
-    scale = np.array([float(plan.depths0.mean())] * 3 + [1.0] * 3)
+    scale = lengths(still)
     start = reference @ exp(np.array(scenario.start.offset))
 
     def asked(xi: Array) -> Array:
@@ -64,12 +66,34 @@ def pull(scenario: Scenario) -> Array | None:
         step[axis] = STEP * scale[axis]
         with np.errstate(all="ignore"):
             try:
-                column = (asked(step) - asked(-step)) / (-2 * STEP * still.law.lam)
+                near, far = (asked(share * step) - asked(-share * step) for share in (1, 2))
             except (InputError, np.linalg.LinAlgError):
                 return None
-        columns.append(column / scale)
+        # Differences of two widths leave the fourth power of the step.
+        columns.append((8 * near - far) / (-12 * STEP * still.law.lam) / scale)
     matrix = np.array(columns).T
     return matrix if np.isfinite(matrix).all() else None
+
+
+def pull_of_camera(scenario: Scenario) -> Array:
+    """``A M``, (6, 6) in m and rad. Raises InputError where the law cannot be asked for it."""
+    matrix = pull(scenario)
+    if matrix is None or np.linalg.matrix_rank(matrix, NOTHING) < 6:
+        raise InputError(
+            f"{scenario.name}: the law cannot tell all motions of the camera apart at the start, "
+            "so that no gain makes it follow; choose other points, not all on one line."
+        )
+    if np.abs(matrix - np.eye(6)).max() < EXACT:
+        return np.eye(6)
+    unit = lengths(scenario)
+    return matrix * unit[:, None] / unit
+
+
+def lengths(scenario: Scenario) -> Array:
+    """What one unit of each entry of a twist counts for, (6,): translations in mean depths."""
+    points = np.array(scenario.target.points)
+    depths = assembly.sensor(scenario).camera.points(scenario.reference.pose(0.0), points)[:, 2]
+    return np.array([float(depths.mean())] * 3 + [1.0] * 3)
 
 
 def _seen(sensor: CameraSensor, oTc: Array, before: Array, frame: int) -> Measurement:
