@@ -12,13 +12,16 @@ from vsctrl.report import write_report
 HOSTILE = "</title><script>alert(1)</script>"
 HOSTILE_TEXT = "<img src=x onerror=alert(2)> & \"quoted\" 'text' {{ 7 * 7 }} <!-- ${1}"
 
+OFFSET = (0.1, 0.05, -0.1, 0.05, -0.1, 0.5)
+
 SCENARIOS = {
     "slide": lambda: paper.sliding(),
     "unstable": lambda: paper.sliding(lam=17.0),  # above 15.45 s⁻¹, below 19.63 s⁻¹
-    "oscillation": lambda: paper.oscillation(),
     "sine": lambda: paper.oscillation("sine"),
     "rest": lambda: paper.sliding().with_(kind="hold", duration=1.0),
     "prompt": lambda: paper.sliding(latency=0.0).with_(name=HOSTILE, description=HOSTILE_TEXT),
+    "goal": lambda: paper.sliding().with_(kind="hold", duration=4.0, offset=OFFSET),
+    "late": lambda: paper.sliding(lam=9.0).with_(dead_time=0.2),
 }
 
 

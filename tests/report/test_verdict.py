@@ -8,12 +8,13 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from vsctrl import paper
-from vsctrl.report import page, plots
+from vsctrl.report import figure_1, plots
 from vsctrl.report import sentences as words_of
 from vsctrl.report.verdict import verdict
 from vsctrl.servo import simulate
 from vsctrl.servo.control.law import Law
 from vsctrl.study import examine
+from vsctrl.study.examination.examination import examination
 
 TWIST = Law.twist
 
@@ -26,7 +27,7 @@ def said():
     def say(**options):
         key = tuple(sorted(options.items()))
         if key not in known:
-            known[key] = verdict(examine(paper.sliding(**options)))
+            known[key] = verdict(examination(paper.sliding(**options)))
         return known[key]
 
     return say
@@ -36,7 +37,8 @@ def test_a_good_loop_is_told_in_millimetres(said):
     found = said()
     words = " ".join(found.sentences)
     assert found.kind == "good"
-    assert "12.8 mm behind" in found.sentences[0] and "3.2 mm ahead" in found.sentences[0]
+    assert found.sentences[0] == "This loop is stable, and the run settles."
+    assert "12.8 mm behind" in found.sentences[1] and "3.2 mm ahead" in found.sentences[1]
     assert "agree in 8 of 8 cases" in words and "15.45 s⁻¹" in words and "19.63 s⁻¹" in words
     # k_ff = (1 − κλτ)/κ = 0.8 removes the lead; measured plots do not show it.
     assert "k_ff = 0.8" in words and "measured" in words
@@ -60,7 +62,7 @@ def test_an_unstable_loop_without_latency_claims_no_lag(said):
 
 def test_ways_that_differ_are_a_warning(monkeypatch):
     monkeypatch.setattr(Law, "twist", lambda law, L, e, ds: TWIST(law, L, 1.1 * e, ds))
-    found = verdict(examine(paper.sliding(latency=0.0)))
+    found = verdict(examination(paper.sliding(latency=0.0)))
     assert found.kind == "warning" and any("disagree in" in s for s in found.sentences)
 
 
@@ -70,7 +72,7 @@ def test_a_simulation_that_runs_away_is_no_good_news(monkeypatch):
     kernel = camera.point_interaction
     signs = np.array([-1.0, 1, 1, 1, 1, 1])
     monkeypatch.setattr(camera, "point_interaction", lambda *given: kernel(*given) * signs)
-    assert verdict(examine(paper.sliding(latency=0.0))).kind != "good"
+    assert verdict(examination(paper.sliding(latency=0.0))).kind != "good"
 
 
 def examined(**changes):
@@ -79,10 +81,10 @@ def examined(**changes):
 
 def test_latency_in_the_actuator_makes_no_image_old():
     found = examined(placement="actuator")
-    words = " ".join(verdict(found).sentences)
+    words = " ".join(words_of.tracking(found))
     assert words.startswith("With 80 ms of latency in the actuator") and " old" not in words
     assert "16.0 mm behind without the term and exactly on it with it" in words
-    assert page._seen(found).endswith("the latency is in the actuator.")
+    assert figure_1._seen(found).endswith("the latency is in the actuator.")
 
 
 @pytest.mark.parametrize(
@@ -96,9 +98,9 @@ def test_latency_in_the_actuator_makes_no_image_old():
 )
 def test_the_caption_of_the_image_error_is_true_of_what_is_drawn(changes, words, parted):
     found = examined(**changes)
-    said = page._seen(found)
+    said = figure_1._seen(found)
     assert words in said and ("Notice where they part" in said) == parted
-    assert page._ended(found) == []
+    assert figure_1._ended(found) == []
     run = found.without_feedforward
     true, shown = run.error, run.measured_error
     if changes.get("placement") == "aligned":  # two frames of 40 ms later, to the bit
@@ -111,7 +113,7 @@ def test_a_run_that_ends_early_is_named_with_its_time_and_drawn_at_one_moment():
     found = examined(lam=18.9, duration=7.5)
     on, off = found.with_feedforward, found.without_feedforward
     assert len(on.t) < len(off.t) and not on.status.ok  # they part, or nothing is shown
-    first, second = page._ended(found)
+    first, second = figure_1._ended(found)
     assert f"without the derivative term ends early, at t = {off.t[-1]:g} s" in first
     assert f"with the derivative term ends early, at t = {on.t[-1]:g} s" in second
     figure = plots.top_view(on, off)
@@ -141,7 +143,7 @@ def test_no_title_of_the_top_view_is_cut_off(width):
 def test_a_lag_that_settles_is_not_said_never_to():
     scenario = paper.oscillation().with_(cycle=8.0, speed=None, lam=2.5)
     found = examine(scenario)
-    words = " ".join(verdict(found).sentences)
+    words = " ".join(words_of.tracking(found))
     own = [row for row in found.comparison.rows if row.delay and row.placement == "measurement"]
     assert all(row.analytic is not None for row in own)
     assert "on each leg" in words and "changes along this motion" not in words
@@ -156,7 +158,7 @@ def test_a_motion_of_parts_has_a_largest_lag():
             {"kind": "hold", "duration": 1.0},
         ],
     )
-    words = " ".join(verdict(found).sentences)
+    words = " ".join(words_of.tracking(found))
     assert "The lag changes along this motion." in words and "settle" not in words
 
 
@@ -183,29 +185,24 @@ def test_no_length_is_printed_with_an_exponent():
 
 
 def test_a_verdict_is_not_good_where_the_run_as_configured_fails_or_runs_away():
-    late = examine(paper.sliding(lam=12.0).with_(dead_time=0.08))  # 160 ms in all: unstable
-    found = verdict(late)
-    assert not late.as_configured.status.ok and found.kind == "bad"
-    assert "The loop of figure 1 by itself is stable" in " ".join(found.sentences)
-    slow = examine(paper.sliding().with_(speed_limit=0.03))  # for 4 cm/s
-    found = verdict(slow)
-    assert slow.as_configured.status.ok and found.kind == "warning"
-    assert "robot.speed_limit" in found.sentences[-1] and "still growing" in found.sentences[-1]
-    # The runs that the page compares with theory are those of theory.
-    assert slow.with_feedforward.lag_along_motion[-1] == pytest.approx(0.0032, abs=1e-6)
+    found = verdict(examination(paper.sliding(lam=12.0).with_(dead_time=0.08)))  # 160 ms in all
+    assert found.kind == "bad" and "This loop is unstable" in found.sentences[0]
+    found = verdict(examination(paper.sliding().with_(speed_limit=0.03)))  # for 4 cm/s
+    assert found.kind == "warning" and "Theory and run disagree" in found.sentences[0]
+    assert "robot.speed_limit" in found.sentences[0] and "falls away" in found.sentences[0]
 
 
 def test_small_gains_keep_their_digits():
-    # π/(2τ) and 1/(eτ), as a long latency has them.
-    words = " ".join(verdict(examine(paper.sliding().with_(latency=116.56))).sentences)
-    assert "is above 0.0135 s⁻¹" in words and "Lower λ: 0.00316 s⁻¹" in words
+    # π/(2τ), as a long latency has it.
+    words = " ".join(verdict(examination(paper.sliding().with_(latency=116.56))).sentences)
+    assert "is above 0.0135 s⁻¹" in words and "Lower λ: at 0.00316 s⁻¹" in words
 
 
 def test_where_theory_is_contradicted_the_lag_is_that_of_the_simulation():
     found = examine(paper.rotation().with_(interaction="initial"))
     row = found.comparison.row(feedforward=False, delay=0.08, placement="measurement")
     assert row.agrees is False and abs(row.analytic) > 1.3 * abs(row.simulated)
-    words = " ".join(verdict(found).sentences)
+    words = " ".join([*words_of.tracking(found), *words_of.agreement(found.comparison)])
     assert f"the camera settles {abs(1e3 * row.simulated):.1f} mm behind" in words
     assert f"{abs(1e3 * row.analytic):.1f} mm" not in words
     assert "the lags of these cases are the simulation's" in words

@@ -12,8 +12,9 @@ import pytest
 
 from vsctrl import paper
 from vsctrl.errors import InputError
-from vsctrl.report import write as writing
+from vsctrl.report import report as writing
 from vsctrl.report import write_report
+from vsctrl.report.section import Entry, Verdict
 
 FILES = ["index.html", "report.json"]
 
@@ -21,18 +22,19 @@ FILES = ["index.html", "report.json"]
 @pytest.fixture
 def quick(monkeypatch):
     """The mechanics of writing with a page made of a few words, so that they can be tried often."""
-    stand_in = SimpleNamespace(sentences=("said",), kind="good")
+    said = Entry("scenario", "a name", "", Verdict("good", ("said",)), (), {})
 
-    def examine(scenario, progress):
+    def entry_of(x, name, prefix, progress):
         progress("looking")
-        return SimpleNamespace(scenario=scenario)
+        progress("page and figures")
+        return said
 
     page = '<!DOCTYPE html>\n<meta name="generator" content="vsctrl 9">\n<p>new</p>\n'
-    text = json.dumps({"schema": "vsctrl-report/1", "new": True})
-    monkeypatch.setattr(writing, "examine", examine)
-    monkeypatch.setattr(writing, "verdict", lambda found: stand_in)
+    text = json.dumps({"schema": "vsctrl-report/2", "new": True})
+    monkeypatch.setattr(writing, "entry_of", entry_of)
     monkeypatch.setattr(writing, "page", lambda *given: page)
-    monkeypatch.setattr(writing, "report_data", lambda *given: SimpleNamespace(text=lambda: text))
+    data = SimpleNamespace(text=lambda: text)
+    monkeypatch.setattr(writing, "ReportData", SimpleNamespace(of=lambda *given: data))
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from vsctrl.servo.pose import exp
 from vsctrl.servo.scenario.links import KINDS
 from vsctrl.servo.scenario.scenario import TABLES
 
-CHUNKS, EACH, LONGEST = 24, 84, 300
+CHUNKS, EACH, LONGEST = 16, 84, 300
 ARRAYS = {
     "t": (), "pose": (4, 4), "reference_pose": (4, 4), "features": ("2p",), "reference": ("2p",),
     "error": ("2p",), "measured_error": None, "command": (6,), "twist": (6,), "lag": (6,),
@@ -89,7 +89,7 @@ def repeat(run, text):
         np.testing.assert_array_equal(getattr(again, name), getattr(run, name))
 
 
-@pytest.mark.parametrize("chunk", range(effort.share(CHUNKS, 3)))
+@pytest.mark.parametrize("chunk", range(effort.share(CHUNKS, 2)))
 def test_whatever_can_be_described_gives_finite_numbers_and_sentences(chunk):
     valid = 0
     for number in range(EACH):

@@ -48,8 +48,10 @@ def report(scenario: Path | None, out: Path, schema: bool, as_json: bool) -> Non
     if as_json:
         echo_document(written.data.read_text(encoding="utf-8"))
         return
-    click.echo(visible(str(written.result.comparison)))
-    click.echo()
+    for entry in written.entries:
+        figure_1 = getattr(entry.source, "figure_1", None)
+        if figure_1 is not None:
+            click.echo(f"{visible(str(figure_1.comparison))}\n")
     for sentence in written.sentences:
         click.echo(click.wrap_text(visible(sentence), width=100))
     click.echo(f"\n{written.page}\n{written.data}")

@@ -1,5 +1,5 @@
 """The report: a page that a careful engineer would have written, and its numbers as JSON."""
 
-from vsctrl.report.write import Report, write_report
+from vsctrl.report.report import Report, Written, write_report
 
-__all__ = ["Report", "write_report"]
+__all__ = ["Report", "Written", "write_report"]

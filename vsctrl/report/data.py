@@ -7,17 +7,17 @@ there is no value: no steady lag, or a margin that nothing limits.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib import metadata
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from vsctrl.derive import ledger
-from vsctrl.report.verdict import Verdict
-from vsctrl.study import LoopReport
+from vsctrl.report.section import Entry
 from vsctrl.study.statements import about
 
-SCHEMA: Literal["vsctrl-report/1"] = "vsctrl-report/1"
+SCHEMA: Literal["vsctrl-report/2"] = "vsctrl-report/2"
 
 
 class _Table(BaseModel):
@@ -27,8 +27,9 @@ class _Table(BaseModel):
 class VerdictTable(_Table):
     """The first lines of the page."""
 
-    kind: Literal["good", "warning", "bad"] = Field(
-        description="good: stable and nothing disagrees; warning: something does; bad: unstable"
+    kind: Literal["good", "warning", "bad"] | None = Field(
+        description="good: it works; warning: not as theory says, or not settled; bad: it fails; "
+        "null: nothing is judged"
     )
     sentences: tuple[str, ...]
 
@@ -184,46 +185,71 @@ class StatementRow(_Table):
     how: str = Field(description="in which way the values were found")
 
 
-class ReportData(_Table):
-    """The whole of ``report.json``."""
+class FigureOne(_Table):
+    """The loop of figure 1 and its errors by every way, of a scenario that is no more than that."""
 
-    schema_: Literal["vsctrl-report/1"] = Field(SCHEMA, alias="schema")
-    version: str = Field(description="version of vsctrl")
-    scenario: dict[str, Any] = Field(description="the scenario's tables, with its digest")
-    verdict: VerdictTable
     margins: MarginsTable
     limits: LimitsTable
     readings: tuple[ReadingTable, ...]
     pade: tuple[PadeTable, ...]
+    agrees: bool | None = Field(description="whether all ways agree; null where none compare")
     tracking: tuple[TrackingRow, ...] = Field(description="empty where no lag is steady")
     waves: tuple[WaveRow, ...] = Field(description="of a sine")
     histories: tuple[HistoryRow, ...] = Field(description="of all but a constant twist")
-    as_configured: dict[str, Any] | None = Field(
-        description="summary of the run with all that theory leaves out, as of vsctrl simulate "
-        "--json; null where the scenario has no more than theory"
-    )
-    beyond_theory: dict[str, Any] = Field(description="the keys that theory leaves out")
     tracking_note: str = Field(description="why there is nothing to compare; empty where there is")
-    ledger: tuple[ClaimRow, ...]
+
+
+class EntryTable(_Table):
+    """One result of the report."""
+
+    kind: str = Field(description="scenario, loop, run, …")
+    name: str
+    verdict: VerdictTable
+    figure_1: FigureOne | None = Field(
+        description="of a scenario that is the loop of figure 1 and no more; else null"
+    )
+    data: dict[str, Any] = Field(description="its other numbers; every name ends in its unit")
+
+
+class ReportData(_Table):
+    """The whole of ``report.json``."""
+
+    schema_: Literal["vsctrl-report/2"] = Field(SCHEMA, alias="schema")
+    version: str = Field(description="version of vsctrl")
+    title: str
+    entries: tuple[EntryTable, ...]
+    ledger: tuple[ClaimRow, ...] = Field(description="empty without an experiment of the paper")
     statements: tuple[StatementRow, ...] = Field(
-        description="empty where the scenario is no experiment of the paper"
+        description="empty without an experiment of the paper"
     )
 
     def text(self) -> str:
         """The file's text."""
         return self.model_dump_json(by_alias=True, indent=2) + "\n"
 
-
-def report_data(result: LoopReport, verdict: Verdict) -> ReportData:
-    """The numbers of a report."""
-    return ReportData.model_validate(
-        {
-            **result.data(),
-            "schema": SCHEMA,
-            "version": metadata.version("vsctrl"),
-            "verdict": verdict,
-            "ledger": ledger(),
-            "statements": about(result.scenario).rows,
-        },
-        from_attributes=True,
-    )
+    @classmethod
+    def of(cls, title: str, entries: Sequence[Entry]) -> Self:
+        """The numbers of a report's entries."""
+        scenarios = [each.source.scenario for each in entries if each.kind == "scenario"]
+        said = next((rows for s in scenarios if len(rows := about(s))), None)
+        tables = [
+            {
+                "kind": each.kind,
+                "name": each.name,
+                "verdict": each.verdict,
+                "figure_1": each.data.get("figure_1"),
+                "data": {key: value for key, value in each.data.items() if key != "figure_1"},
+            }
+            for each in entries
+        ]
+        return cls.model_validate(
+            {
+                "schema": SCHEMA,
+                "version": metadata.version("vsctrl"),
+                "title": title,
+                "entries": tables,
+                "ledger": () if said is None else ledger(),
+                "statements": () if said is None else said.rows,
+            },
+            from_attributes=True,
+        )

@@ -54,7 +54,7 @@ class ScenarioLoop(Caching):
     @cached_property
     def critical(self) -> Direction:
         """The direction that is unstable first, of several alike the first."""
-        return min(self.directions, key=lambda each: self._limit(each))
+        return min(self.directions, key=self.limit_of)
 
     def system(self, direction: Direction | None = None) -> System:
         """The diagram with its numbers, of the critical direction or a given one.
@@ -96,9 +96,10 @@ class ScenarioLoop(Caching):
     @cached_property
     def gain_limit(self) -> float:
         """The gain λ (s⁻¹) at which a direction first becomes unstable as sampled; inf if none."""
-        return self._limit(self.critical)
+        return self.limit_of(self.critical)
 
-    def _limit(self, direction: Direction) -> float:
+    def limit_of(self, direction: Direction) -> float:
+        """The same of one direction."""
         return gain_limit(self.elements, direction.kappa)
 
     @cached_property

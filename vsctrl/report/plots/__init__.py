@@ -10,6 +10,8 @@ from vsctrl.report.plots.paper import error_traces as error_traces
 from vsctrl.report.plots.paper import first_point as first_point
 from vsctrl.report.plots.paper import paths as paths
 from vsctrl.report.plots.paper import velocities as velocities
+from vsctrl.report.plots.positioning import arrival as arrival
+from vsctrl.report.plots.positioning import predicted_lag as predicted_lag
 from vsctrl.report.plots.remedies import remedies as remedies
 from vsctrl.report.plots.responses import errors as errors
 from vsctrl.report.plots.responses import responses as responses

@@ -18,7 +18,7 @@ from vsctrl.errors import InputError
 from vsctrl.report.plots.style import EXACT, INK, STYLE, WITH, WITHOUT, drawing, label, takes
 from vsctrl.servo import Run
 from vsctrl.servo.results.columns import measured_in_pixels
-from vsctrl.servo.results.outcome import distance, notice, outcome, side
+from vsctrl.servo.results.outcome import distance, notice, outcome, side, swings
 from vsctrl.tables import visible
 
 #: What a figure can be written as.
@@ -186,8 +186,8 @@ def _lag(figure: Figure, cell: Any, run: Run) -> None:
         shown.append(along)
         top.plot(run.t, along, color=EXACT, label="along the motion (+ ahead)")
         top.set_title("lag")
-        words = side(along[-1])
-        if run.status.complete and words:
+        words, lag = side(along[-1]), outcome(run).along
+        if run.status.complete and words and lag is not None and not swings(lag):
             ahead, end = along[-1] > 0, (run.t[-1], along[-1])
             place: Any = {"ha": "right", "va": "top" if ahead else "bottom", "color": EXACT}
             label(top, f"{abs(along[-1]):.3g} mm {words}", end, (-3, -4 if ahead else 4), **place)

@@ -24,6 +24,8 @@ NOTHING = 1e-6
 GROWTH = 0.05
 # … if that is more than this, m.
 UNSETTLED = 1e-4
+# Share of the mean lag by which it swings where its last sample says nothing.
+SWING = 0.2
 # Share of the frames, at the end, that counts as the run's last part.
 LAST = 0.25
 UNSTEADY = "The distance from the reference is still growing at the end."
@@ -202,7 +204,14 @@ def notice(summary: Outcome) -> str:
     parts = [UNSTEADY] if summary.status.complete and not summary.settled else []
     if not summary.status.ok:
         return " ".join([summary.status.sentence, *parts])
-    if summary.along is None:
+    if summary.along is not None and swings(summary.along):
+        mean, half = summary.along.mean or 0.0, summary.along.half_range or 0.0
+        where = f" about {number(abs(1e3 * mean))} mm {side(mean)}" if side(1e3 * mean) else ""
+        parts.append(
+            f"In the last quarter of the run its lag along the motion swings by ±"
+            f"{number(1e3 * half)} mm{where}."
+        )
+    elif summary.along is None:
         parts.append(
             f"The camera ends {number(1e3 * summary.distance.final)} mm from its reference."
         )
@@ -213,7 +222,10 @@ def notice(summary: Outcome) -> str:
         where = {"ahead": "ahead of", "behind": "behind"}[side(lag)]
         parts.append(f"The camera ends {number(abs(lag))} mm {where} its reference.")
     true, seen = summary.true_error.final, summary.measured_error.final
-    if summary.measured_unit != "px":
+    if summary.along is not None and swings(summary.along):
+        most = (summary.true_error.mean or 0.0) + (summary.true_error.half_range or 0.0)
+        parts.append(f"The true image error is up to {number(most)} px then.")
+    elif summary.measured_unit != "px":
         parts.append(f"The true image error is then {number(true)} px.")
     else:
         only = "only " if true > 2 * seen + NOTHING else ""
@@ -226,6 +238,13 @@ def notice(summary: Outcome) -> str:
             f"At the least {summary.visible} of {summary.points} points were in the image."
         )
     return " ".join(parts)
+
+
+def swings(lag: EndAndMean) -> bool:
+    """Whether a lag (m) moves so much in the last quarter that its last sample says nothing."""
+    if lag.mean is None or lag.half_range is None:
+        return False
+    return lag.half_range > max(SWING * abs(lag.mean), UNSETTLED)
 
 
 def number(value: float, signed: bool = False) -> str:

@@ -1,4 +1,4 @@
-"""Writing a report: both files or neither, and never over a file that is not a report.
+"""The files of a report: both or neither, and never over a file that is not a report.
 
 The folder is checked before anything is computed and the files are renamed into place at the end,
 so that bad input or a full disk leaves nothing half-written behind.
@@ -9,60 +9,28 @@ from __future__ import annotations
 import contextlib
 import json
 import tempfile
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from vsctrl.errors import InputError
-from vsctrl.files import MOST, as_path, beginning, read_text, write_all
-from vsctrl.report.data import SCHEMA, report_data
-from vsctrl.report.page import GENERATOR, page
-from vsctrl.report.verdict import verdict
-from vsctrl.servo import Scenario
-from vsctrl.servo.scenario import require_scenario
-from vsctrl.study import LoopReport, examine
+from vsctrl.files import MOST, beginning, read_text, write_all
+from vsctrl.report.data import SCHEMA
+from vsctrl.report.page import GENERATOR
 
 PAGE, DATA = "index.html", "report.json"
 
 
-@dataclass(frozen=True)
-class Report:
-    """A written report: its files, the numbers behind them, and the first lines of its page."""
-
-    page: Path
-    data: Path
-    result: LoopReport
-    sentences: tuple[str, ...]
-
-
-def write_report(
-    scenario: Scenario,
-    out: str | Path = "report",
-    *,
-    command: str = "vsctrl.write_report(scenario)",
-    progress: Callable[[str], None] = lambda step: None,
-) -> Report:
-    """Examine a scenario and write ``index.html`` and ``report.json`` into a folder.
-
-    The folder is made if need be, and an older report in it is replaced. `command` is named in the
-    page's footer; `progress` is told each step as it begins.
-    Errors: `InputError` for a scenario that cannot be validated, a folder that cannot be written
-    to, or one that holds another file of the same name.
-    """
-    require_scenario(scenario)
-    folder, made = as_path("out", out), list[Path]()
+@contextmanager
+def folder_for(folder: Path) -> Iterator[None]:
+    """A folder made, if need be, for what is done within; taken back where that fails."""
+    made: list[Path] = []
     try:
         _prepare(folder, made)
-        result = examine(scenario, progress)
-        progress("page and figures")
-        conclusion = verdict(result)
-        data = report_data(result, conclusion).text()
-        texts = {PAGE: page(result, conclusion, command), DATA: data}
-        _write(folder, texts)
+        yield
     except BaseException:
         _remove(made)
         raise
-    return Report(folder / PAGE, folder / DATA, result, conclusion.sentences)
 
 
 def _prepare(folder: Path, made: list[Path]) -> None:
@@ -117,7 +85,7 @@ def _remove(made: list[Path]) -> None:
             path.rmdir()
 
 
-def _write(folder: Path, texts: dict[str, str]) -> None:
+def write(folder: Path, texts: dict[str, str]) -> None:
     """Write all files or none."""
     try:
         folder.mkdir(parents=True, exist_ok=True)  # should another one have failed and removed it

@@ -1,0 +1,231 @@
+"""A loop of one's own on a page: picture, margins, responses, roots, chart, Padé, twin, check."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from vsctrl.diagram import Loop
+from vsctrl.diagram.frequency.margins import Margins
+from vsctrl.errors import InputError, LimitError
+from vsctrl.report import plots
+from vsctrl.report.loop_tables import margins_table, parameter_table, roots_table, step_table
+from vsctrl.report.loop_verdict import loop_verdict
+from vsctrl.report.rendering import drawn, equations
+from vsctrl.report.section import Entry, Part, Picture, Section, Verbatim
+from vsctrl.tables import escaped, plain
+
+PADE = 6  #: order of the model whose error is shown
+SPREAD = (0.25, 3.0)  #: of a parameter's value, over which the stability chart is drawn
+GRID = (30, 20)
+
+
+def loop_entry(
+    loop: Loop, prefix: str, progress: Callable[[str], None] = lambda step: None
+) -> Entry:
+    """All that is known of a loop; `prefix` keeps the ids of figures on one page apart."""
+    progress(f"{loop.name}: margins and responses")
+    opened = _of(lambda: loop.open)
+    margins = None if opened is None else _of(opened.margins)
+    sections = [_the_loop(loop, opened)]
+    if opened is not None and margins is not None:
+        sections.append(_how_fast(loop, opened, margins, prefix))
+    sections += _responses(loop, prefix)
+    sections.append(_roots(loop, prefix))
+    progress(f"{loop.name}: chart, models and check")
+    sections += [*_chart(loop, prefix), *_models(loop, opened, prefix), *_check(loop)]
+    sections.append(Section("file", "The loop as a file", [_file(loop)]))
+    return Entry(
+        kind="loop",
+        name=loop.name,
+        about=loop.description,
+        verdict=loop_verdict(loop, margins),
+        sections=sections,
+        data=_data(loop, margins),
+        source=loop,
+    )
+
+
+def _of(make: Callable[[], Any]) -> Any:
+    """What a question has for an answer; None where it has none."""
+    try:
+        return make()
+    except (InputError, LimitError):
+        return None
+
+
+def figure(drawing: Any, prefix: str, name: str) -> Picture:
+    """A figure of `plots` with its own caption and alternative text."""
+    alt, caption = getattr(drawing, "alt", ""), getattr(drawing, "caption", "")
+    svg = Markup(plots.to_svg(drawing, escaped(alt), f"{prefix}-{name}"))
+    return Picture(svg, caption)
+
+
+def _file(loop: Loop) -> Part:
+    try:
+        return Verbatim("TOML, ready to save and edit", loop.to_toml())
+    except InputError as error:
+        return str(error)
+
+
+def _the_loop(loop: Loop, opened: Any) -> Section:
+    from vsctrl.diagram.picture.draw import svg
+
+    parts: list[Part] = [drawn(svg(loop.diagram))]
+    if opened is not None:
+        cut = loop.diagram.open(loop.opened)
+        transfer = -cut.transfer(f"{loop.opened}__cut", loop.opened)
+        parts.append(equations((rf"L(s)\ \text{{at {_safe(loop.opened)}}}", transfer)))
+    if loop.values:
+        parts.append(parameter_table(loop))
+    return Section("loop", "The loop", parts)
+
+
+def _safe(name: str) -> str:
+    """A signal's name in a formula."""
+    return "".join(c if c.isalnum() else r"\_" if c == "_" else " " for c in name)
+
+
+def _how_fast(loop: Loop, opened: Any, margins: Margins, prefix: str) -> Section:
+    parts: list[Part] = [
+        margins_table(loop, opened, margins),
+        figure(plots.bode(opened), prefix, "bode"),
+        figure(plots.nyquist(opened), prefix, "nyquist"),
+        figure(plots.nichols(opened), prefix, "nichols"),
+    ]
+    plant_input = _plant_input(loop)
+    if plant_input is not None:
+        four = _of(lambda: plots.gang_of_four(loop.system, plant_input, loop.opened))
+        if four is not None:
+            parts.append(figure(four, prefix, "four"))
+    return Section("margins", "How close to shaking", parts)
+
+
+def _plant_input(loop: Loop) -> str | None:
+    """The output of the first block in the loop that is not the plant: what the controller says."""
+    from vsctrl.diagram.document.check import in_a_loop
+
+    signals = [name for name in in_a_loop(loop.diagram) if name != loop.opened]
+    drivers = {block.output: block for block in loop.diagram.blocks}
+    ruled = [name for name in signals if name in drivers]
+    return ruled[0] if ruled else None
+
+
+def _responses(loop: Loop, prefix: str) -> list[Section]:
+    if not loop.applied:
+        return []
+    parts: list[Part] = []
+    for i, one in enumerate(loop.applied):
+        channels = [loop.system[one.input, signal] for signal in loop.watched]
+        names = [f"{signal}" for signal in loop.watched]
+        shown = _of(
+            lambda channels=channels, names=names, one=one: plots.response(
+                *channels, signal=one.signal, t=loop.horizon, names=names
+            )
+        )
+        if shown is not None:
+            parts.append(f"{one.kind.capitalize()} of {one.size:g} in {one.input}.")
+            parts.append(figure(shown, prefix, f"response{i}"))
+    table = step_table(loop)
+    if table is not None:
+        parts.append(table)
+    return [Section("responses", "What it answers", parts)] if parts else []
+
+
+def _roots(loop: Loop, prefix: str) -> Section:
+    parts: list[Part] = []
+    shown = _of(lambda: plots.pole_map(loop.system))
+    if shown is not None:
+        parts.append(figure(shown, prefix, "roots"))
+    parts.append(roots_table(loop))
+    return Section("roots", "Its characteristic roots", parts)
+
+
+def chart_ranges(loop: Loop) -> dict[str, tuple[float, float]] | None:
+    """Two parameters to draw the chart over: one of a delay first, if there is one, and a gain."""
+    late = {
+        name
+        for block in loop.diagram.blocks
+        for name, symbol in loop.diagram.parameters.items()
+        if symbol in getattr(block.delay_symbols, "free_symbols", block.delay_symbols)
+    } if hasattr(loop.diagram.blocks[0], "delay_symbols") else set()
+    usable = [name for name, value in loop.values.items() if value]
+    delays = [name for name in usable if name in late or name in ("tau", "theta")]
+    others = [name for name in usable if name not in delays]
+    chosen = [*others[:1], *delays[:1]] if delays and others else usable[:2]
+    if len(chosen) < 2:
+        return None
+    return {
+        name: tuple(sorted((SPREAD[0] * loop.values[name], SPREAD[1] * loop.values[name])))
+        for name in chosen
+    }  # type: ignore[return-value]
+
+
+def _chart(loop: Loop, prefix: str) -> list[Section]:
+    ranges = chart_ranges(loop)
+    if ranges is None:
+        return []
+    chart = _of(lambda: loop.system.stability_chart(ranges, grid=GRID))
+    if chart is None:
+        return []
+    here = (loop.values[chart.x_name], loop.values[chart.y_name])
+    text = (
+        f"Over {chart.x_name} and {chart.y_name}, all else as it is: here they are {here[0]:g} and "
+        f"{here[1]:g}. {chart.sentence}"
+    )
+    return [
+        Section(
+            "chart",
+            "Where it is stable",
+            [figure(plots.stability_chart(chart), prefix, "chart"), text],
+        )
+    ]
+
+
+def _models(loop: Loop, opened: Any, prefix: str) -> list[Section]:
+    parts: list[Part] = []
+    if opened is not None and any(block.delays for block in loop.system.blocks):
+        model = _of(lambda: opened.pade(PADE))
+        if model is not None:
+            parts.append(figure(plots.pade(model), prefix, "pade"))
+    if loop.sampled is not None:
+        twin = loop.sampled
+        shown = _of(lambda: plots.pole_map(twin))
+        if shown is not None:
+            parts.append(figure(shown, prefix, "twin"))
+        largest = np.abs(twin.poles(1))
+        text = "stable" if twin.is_stable else "unstable"
+        parts.append(
+            f"As sampled it is {text}: its largest pole has modulus {float(largest[0]):.5g}."
+        )
+    return [Section("models", "Padé models and the sampled twin", parts)] if parts else []
+
+
+def _check(loop: Loop) -> list[Section]:
+    found = _of(loop.system.check)
+    if found is None:
+        return []
+    return [
+        Section(
+            "check",
+            "Every face against every other",
+            [
+                Verbatim("The faces of this loop, each by its own way, held to each other", str(found)),
+                "They agree." if found.agrees else "SOME DISAGREE: see the table.",
+            ],
+        )
+    ]
+
+
+def _data(loop: Loop, margins: Margins | None) -> dict[str, Any]:
+    poles = loop.system.poles(6)
+    return {
+        "parameters": {name: float(value) for name, value in loop.values.items()},
+        "unstable_roots": plain(loop.system.unstable_roots),
+        "rightmost_roots_rad_s": [[float(p.real), float(p.imag)] for p in poles],
+        "margins": None if margins is None else plain(margins),
+        "sampled_stable": None if loop.sampled is None else loop.sampled.is_stable,
+    }

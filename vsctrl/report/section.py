@@ -1,0 +1,77 @@
+"""What a page is made of: entries, one a result, with sections of text, tables and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from markupsafe import Markup
+
+Colour = Literal["good", "warning", "bad"]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The first lines about a result; `kind` colours them and is None where nothing is judged."""
+
+    kind: Colour | None
+    sentences: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text below heads, the first `left` columns aligned to the left."""
+
+    heads: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    caption: str = ""
+    left: int = 1
+    remarks: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure as an SVG element, with a caption that says what to notice."""
+
+    svg: Markup
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Verbatim:
+    """Text to be read as it is, under a summary that opens it."""
+
+    summary: str
+    text: str
+
+
+#: A paragraph is plain text; Markup is an element of the page that some module has made.
+Part = str | Markup | Table | Picture | Verbatim
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading and what follows it; `anchor` is unique within an entry."""
+
+    anchor: str
+    title: str
+    parts: Sequence[Part]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One result on a page: what it is, what is said first, and its sections.
+
+    `kind`: in a word, as "scenario" or "loop"; `data`: its numbers as JSON takes them; `curves`: of
+    the object itself, from which figures of several are drawn.
+    """
+
+    kind: str
+    name: str
+    about: str
+    verdict: Verdict
+    sections: Sequence[Section]
+    data: dict[str, Any]
+    source: Any = field(default=None, repr=False)
+    note: str = ""
