@@ -191,7 +191,7 @@ def test_bad_scenarios_are_sentences_and_leave_nothing(here):
 
 def test_help_names_the_way_to_a_scenario(here):
     result = call("--help")
-    assert "vsctrl scenario NAME > mine.toml" in " ".join(result.stdout.split())
+    assert "vsctrl new NAME > mine.toml" in " ".join(result.stdout.split())
 
 
 def test_another_spelling_of_the_scenario_is_the_scenario(short):
