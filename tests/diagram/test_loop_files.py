@@ -7,7 +7,7 @@ import random
 import numpy as np
 import pytest
 import sympy as sp
-from effort import share
+from effort import share, some
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -102,7 +102,7 @@ def test_every_kind_of_block_is_its_formula(given, expr):
         ('"1 min"', "true", "parameters.theta: true is not a number"),
         ('"1 min"', "-60", "the delay theta = -60 s is negative"),
         ('"e = r - y"', '"e = r - yy"', "nothing drives signal 'yy' (did you mean 'y'?)"),
-        ('"e = r - y"', '"e r y"', "block 2.sum" if False else "block 1.sum: 'e r y' is no"),
+        ('"e = r - y"', '"e r y"', "block 1.sum: 'e r y' is no equation"),
         ('"e -> u"', '"e, u"', "block 'PI'.wiring: the wiring 'e, u' is not understood"),
         ('input = "r"', 'input = "q"', "apply 1.input: 'q' is no input"),
         ('input = "r"', 'input = "r"\nkind = "stp"', "apply 1.kind: 'stp' is unknown (did you"),
@@ -216,7 +216,6 @@ def diagrams(draw):
         expr = draw(
             st.sampled_from(
                 [
-                    a,
                     a / s,
                     a * s / (b * s + c),
                     (a * s + b) / (c * s**2 + d * s + a),
@@ -229,7 +228,7 @@ def diagrams(draw):
     return Diagram(parts, inputs=["r"], outputs=["y", *({"e"} if draw(st.booleans()) else ())])
 
 
-@settings(max_examples=share(200), deadline=None)
+@settings(max_examples=share(100), deadline=None)
 @given(diagrams(), st.integers(0, 99))
 def test_any_diagram_survives_with_its_transfer_functions(diagram, seed):
     rng = np.random.default_rng(seed)
@@ -311,11 +310,11 @@ def mutated(text, rng):
     return text
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", some(range(16), 2))
 def test_a_file_with_anything_in_it_is_a_loop_or_a_sentence(seed):
     rng = random.Random(seed)
     texts = [SMALL, *(examples.text(name) for name in ("smith", "figure1", "adaptive_optics"))]
-    for _ in range(share(2500, 40)):
+    for _ in range(share(700)):
         text = mutated(rng.choice(texts), rng)
         try:
             found = from_toml(text)
