@@ -21,14 +21,14 @@ from hypothesis import strategies as st
 from scipy.special import lambertw
 
 import vsctrl.report
-from vsctrl import __version__, paper
+from vsctrl import __version__, examples, paper
 from vsctrl.cli import main
 from vsctrl.servo import Scenario
 
 VSCTRL = Path(sys.executable).with_name("vsctrl")
 # What a command line is made of; the last ones are long to run, and not the matter here.
 WORDS = [
-    "loop", "derive", "scenario", "simulate", "report", "--gain", "2.5", "--delay", "0.08",
+    "loop", "derive", "new", "simulate", "report", "--gain", "2.5", "--delay", "0.08",
     "--period", "0.04", "1e-9", "1e300", "1e-300", "--ratio", "--json", "--no-feedforward", "-h",
     "point", "--emit", "c", "latex", "--pixels", "--list", "--ledger", "--schema", "sliding",
     "wrong.toml", "missing.toml", "--out", "run.npz", "/dev/null", ".", "--plot", "--unknown", "",
@@ -103,7 +103,7 @@ def test_the_installed_command_knows_its_version_and_its_commands(tmp_path):
     assert shell("--version", cwd=tmp_path).stdout.split() == ["vsctrl", __version__]
     found = shell("--help", cwd=tmp_path)
     assert found.returncode == 0 and found.stderr == ""
-    for command in ("report", "loop", "scenario"):
+    for command in ("report", "loop", "new"):
         assert command in found.stdout
     assert not list(tmp_path.iterdir())
 
@@ -144,23 +144,29 @@ def test_wrong_usage_is_exit_code_2(here, arguments):
     assert not list(here.iterdir())
 
 
-# scenario --------------------------------------------------------------------------------------
-@pytest.mark.parametrize("arguments", [[], ["sliding"]])
-def test_a_printed_scenario_loads_again(here, arguments):
-    result = call("scenario", *arguments)
+# new -------------------------------------------------------------------------------------------
+def test_a_printed_scenario_loads_again(here):
+    result = call("new", "sliding")
     assert result.exit_code == 0 and result.stderr == ""
     assert Scenario.from_toml(result.stdout) == paper.sliding()
 
 
+def test_without_a_name_every_file_is_listed_with_a_line_about_it():
+    lines = call("new").stdout.splitlines()
+    assert [line.split()[0] for line in lines] == [*examples.FILES, *paper.PRESETS]
+    assert all(len(line.split(maxsplit=1)[1]) > 20 and len(line) <= 100 for line in lines)
+
+
 def test_the_schema_of_scenarios_is_json_that_knows_every_table():
-    schema = json.loads(call("scenario", "--schema").stdout)
+    schema = json.loads(call("new", "--schema", "scenario").stdout)
     assert schema["required"] == ["camera", "target", "start", "motion", "law", "vision"]
     assert "Lam" not in schema and "lam" in schema["$defs"]["LawTable"]["properties"]
 
 
 @pytest.mark.parametrize("name", ["slidin", "../etc/passwd", ""])
-def test_an_unknown_scenario_lists_the_known_ones(name):
-    assert_sentence(call("scenario", name), "scenario: ", "sliding")
+def test_an_unknown_file_lists_the_known_ones(name):
+    assert_sentence(call("new", name), "new: ", "fopdt, cascade, .*sliding")
+    assert "mean 'sliding'" in call("new", "slidin").stderr
 
 
 # loop ------------------------------------------------------------------------------------------
@@ -228,7 +234,7 @@ def test_zero_is_refused_where_it_makes_no_sense(option):
 
 # report ----------------------------------------------------------------------------------------
 def test_the_report_of_a_file_into_a_folder_again_and_as_json(here):
-    text = call("scenario").stdout.replace("latency = 0.08", "latency = 0.0")
+    text = call("new", "sliding").stdout.replace("latency = 0.08", "latency = 0.0")
     Path("mine.toml").write_text(text.replace('"sliding"', '"mine"'), encoding="utf-8")
     result = call("report", "mine.toml", "--out", "deep/er")
     assert result.exit_code == 0, result.stderr
@@ -337,7 +343,7 @@ def test_a_computation_that_would_not_end_is_exit_code_1_and_a_sentence(monkeypa
         raise LimitError("margins: too many turns; shorten the delay.")
 
     monkeypatch.setattr(paper, "preset", never)
-    result = call("scenario")
+    result = call("new", "sliding")
     assert result.exit_code == 1 and result.stderr == (
         "vsctrl: margins: too many turns; shorten the delay.\n"
     )
@@ -345,8 +351,9 @@ def test_a_computation_that_would_not_end_is_exit_code_1_and_a_sentence(monkeypa
 
 # Whatever the terminal, the file and the signal -------------------------------------------------
 TEXTS = {
-    "scenario": ["scenario"],
-    "schema": ["scenario", "--schema"],
+    "loop file": ["new", "wood_berry"],
+    "list": ["new"],
+    "schema": ["new", "--schema", "loop"],
     "loop": ["loop", "--gain", "2.5", "--delay", "0.08", "--period", "0.04"],
     "loop json": ["loop", "--gain", "2.5", "--delay", "0.08", "--json"],
     "derive": ["derive", "line"],
@@ -375,7 +382,7 @@ def test_every_command_prints_in_every_encoding(monkeypatch, encoding, command):
     _, plain = printed(monkeypatch, "utf-8", *TEXTS[command])
     if encoding in ("utf-16", "ascii"):  # ASCII is what a system says that tells of none: UTF-8
         assert output.decode(encoding.replace("ascii", "utf-8")) == plain.decode()
-    elif command in ("loop", "derive", "ledger", "simulate"):
+    elif command in ("loop", "derive", "ledger", "simulate", "list"):
         shown = output.decode(encoding)
         assert len(shown.splitlines()) == len(plain.decode().splitlines())
         assert "\\u" not in shown if command == "loop" else shown
@@ -385,7 +392,7 @@ def test_every_command_prints_in_every_encoding(monkeypatch, encoding, command):
 
 
 def test_a_scenario_redirected_on_any_system_loads_again(monkeypatch, here):
-    _, output = printed(monkeypatch, "cp1252", "scenario", "rotation")
+    _, output = printed(monkeypatch, "cp1252", "new", "rotation")
     (here / "mine.toml").write_bytes(output)
     assert Scenario.load("mine.toml") == paper.preset("rotation")
 
@@ -421,7 +428,7 @@ def test_a_counter_that_cannot_be_written_stops_no_report(here, monkeypatch):
 @pytest.mark.parametrize("name", ["stdout", "stderr"])
 def test_a_stream_that_was_closed_leads_nowhere(monkeypatch, name):
     monkeypatch.setattr(sys, name, None)
-    for arguments, code in ((["scenario"], 0), (["loop", "--gain", "0", "--delay", "1"], 2)):
+    for arguments, code in ((["new", "sliding"], 0), (["loop", "--gain", "0", "--delay", "1"], 2)):
         with pytest.raises(SystemExit) as end:
             main.main(arguments, prog_name="vsctrl")
         assert end.value.code == code

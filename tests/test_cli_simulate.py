@@ -191,7 +191,7 @@ def test_bad_scenarios_are_sentences_and_leave_nothing(here):
 
 def test_help_names_the_way_to_a_scenario(here):
     result = call("--help")
-    assert "vsctrl scenario NAME > mine.toml" in " ".join(result.stdout.split())
+    assert "vsctrl new NAME > mine.toml" in " ".join(result.stdout.split())
 
 
 def test_another_spelling_of_the_scenario_is_the_scenario(short):
@@ -205,7 +205,7 @@ def test_another_spelling_of_the_scenario_is_the_scenario(short):
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 def test_a_full_disk_is_one_sentence():
     program = "from vsctrl.cli import main; main()"
-    shell = f"{sys.executable} -c '{program}' scenario > /dev/full"
+    shell = f"{sys.executable} -c '{program}' new sliding > /dev/full"
     result = subprocess.run(shell, shell=True, capture_output=True, text=True, check=False)
     assert result.returncode == 1 and "Traceback" not in result.stderr
     assert result.stderr.startswith("vsctrl: the output cannot be written (No space left")

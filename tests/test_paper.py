@@ -73,7 +73,7 @@ def test_every_experiment_has_its_name_its_file_and_a_run_that_completes(name):
     run = simulate(scenario)
     assert run.status.ok
     assert run.depths.min() > 0.5
-    printed = CliRunner().invoke(main, ["scenario", name])
+    printed = CliRunner().invoke(main, ["new", name])
     assert printed.exit_code == 0 and printed.stdout == scenario.to_toml()
     with pytest.raises(
         InputError, match=r"no experiment 'x'; choose sliding, oscillation, rotation"

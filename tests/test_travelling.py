@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import vsctrl as vs
-from vsctrl import derive, loop, study
+from vsctrl import derive, examples, loop, study
 from vsctrl.study.compensation.compensators import remedies
 from vsctrl.symbols import k_ff
 
@@ -90,6 +90,10 @@ OBJECTS = {
     "sampled system": (sampled, lambda x: (x.poles(), x.is_stable)),
     "sampled channel": (lambda: sampled()["S_ref", "S"], lambda x: x(np.exp(0.1j))),
     "sampled loop": (lambda: sampled().open("T"), lambda x: x.margins()),
+    "loop": (
+        lambda: vs.Loop.from_toml(examples.text("smith")),
+        lambda x: (x.open.margins(), str(x), x.horizon),
+    ),
     "signal": (lambda: vs.Step() + 2 * vs.Samples([0, 1, 0], 0.1).delayed(0.1), lambda x: x(T)),
     "scenario": (scenario, lambda x: x.digest),
     "run": (lambda: vs.simulate(scenario()), lambda x: (x.pose, str(x.status))),

@@ -12,9 +12,11 @@ if TYPE_CHECKING:
     from vsctrl import paper as paper
     from vsctrl import servo as servo
     from vsctrl import study as study
+    from vsctrl.diagram import Applied as Applied
     from vsctrl.diagram import Block as Block
     from vsctrl.diagram import Diagram as Diagram
     from vsctrl.diagram import Exponential as Exponential
+    from vsctrl.diagram import Loop as Loop
     from vsctrl.diagram import Parabola as Parabola
     from vsctrl.diagram import Pulse as Pulse
     from vsctrl.diagram import Ramp as Ramp
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from vsctrl.diagram import Sine as Sine
     from vsctrl.diagram import Step as Step
     from vsctrl.diagram import Sum as Sum
+    from vsctrl.documents import load as load
     from vsctrl.errors import InputError as InputError
     from vsctrl.errors import LimitError as LimitError
     from vsctrl.loop import per_sample as per_sample
@@ -34,11 +37,13 @@ if TYPE_CHECKING:
     from vsctrl.study import validate_all as validate_all
 
 _HOME = {
+    "Applied": "vsctrl.diagram",
     "Block": "vsctrl.diagram",
     "Diagram": "vsctrl.diagram",
     "Exponential": "vsctrl.diagram",
     "InputError": "vsctrl.errors",
     "LimitError": "vsctrl.errors",
+    "Loop": "vsctrl.diagram",
     "Parabola": "vsctrl.diagram",
     "Pulse": "vsctrl.diagram",
     "Ramp": "vsctrl.diagram",
@@ -49,6 +54,7 @@ _HOME = {
     "Step": "vsctrl.diagram",
     "Sum": "vsctrl.diagram",
     "figure1": "vsctrl.loop",
+    "load": "vsctrl.documents",
     "per_sample": "vsctrl.loop",
     "simulate": "vsctrl.servo",
     "validate": "vsctrl.study",

@@ -8,7 +8,7 @@ What follows from them is computed elsewhere.
 from collections.abc import Callable
 from typing import Any
 
-from vsctrl.checks import unusable
+from vsctrl.checks import quoted, unusable
 from vsctrl.errors import InputError
 from vsctrl.servo.camera.target import CUBE_LEDS
 from vsctrl.servo.motion.trajectory import Waveform
@@ -156,5 +156,6 @@ PRESETS: dict[str, Callable[[], Scenario]] = {
 def preset(name: str) -> Scenario:
     """The experiment of the paper with this name. Raises InputError that lists the known ones."""
     if name not in PRESETS:
-        raise InputError(f"scenario: there is no experiment {name!r}; choose {', '.join(PRESETS)}.")
+        known = ", ".join(PRESETS)
+        raise InputError(f"preset: there is no experiment {quoted(name)}; choose {known}.")
     return PRESETS[name]()

@@ -8,9 +8,9 @@ import click
 
 from vsctrl.cli.derive import derive
 from vsctrl.cli.loop import loop
+from vsctrl.cli.new import new
 from vsctrl.cli.output import Commands
 from vsctrl.cli.report import report
-from vsctrl.cli.scenario import scenario
 from vsctrl.cli.simulate import simulate
 
 
@@ -22,5 +22,5 @@ def main() -> None:
     """How far behind a visual-servoing camera will be, how fast it may go, and why."""
 
 
-for command in (report, loop, scenario, simulate, derive):
+for command in (new, report, loop, simulate, derive):
     main.add_command(command)

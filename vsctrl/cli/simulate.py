@@ -38,7 +38,7 @@ def simulate(
 ) -> None:
     """Simulate a SCENARIO.toml frame by frame and say what came of it.
 
-    Without SCENARIO it is the paper's sliding experiment; "vsctrl scenario NAME > mine.toml" writes
+    Without SCENARIO it is the paper's sliding experiment; "vsctrl new NAME > mine.toml" writes
     this and others to edit. Exit code 1 for a run that ended before its last frame, as in a
     diverging loop, or elsewhere than at its reference: files are written all the same.
     """

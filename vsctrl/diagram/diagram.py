@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
-from vsctrl.diagram.description import renaming
+from vsctrl import files, toml
+from vsctrl.diagram.description import interconnected, renaming
 from vsctrl.diagram.description.blocks import Subdiagram
+from vsctrl.diagram.document import read, write
 from vsctrl.diagram.symbolic.model import Model
 from vsctrl.diagram.system import System
 from vsctrl.errors import InputError
+from vsctrl.problems import FieldsError
 
 
 class Diagram(Model):
@@ -43,6 +47,50 @@ class Diagram(Model):
         that is taken.
         """
         return renaming.renamed(self, signals, name)
+
+    @classmethod
+    def from_control(cls, system: Any) -> Diagram:
+        """A python-control system in continuous time as a diagram, with its names.
+
+        Of a `TransferFunction` one block a channel; of a `StateSpace` one block where states are
+        between one input and one output only, else integrators and gains, so that no state is
+        copied or lost; of what `interconnect` makes its subsystems, joined as they are there.
+        Decimals are taken as they print. Errors: `InputError` for a system in discrete time, or
+        with subsystems that are not linear.
+        """
+        return cls(*interconnected.parts(system))
+
+    @classmethod
+    def from_toml(cls, text: str) -> Diagram:
+        """The diagram of a loop file's text, its numbers aside. Errors: `InputError`."""
+        found = read.read(toml.parse(text))
+        if not found.whole:
+            raise FieldsError(found.problems)
+        return cls(found.parts, found.inputs, found.outputs)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Diagram:
+        """The diagram of a loop file. Errors: `InputError` that starts with the file's name."""
+        text = files.read_text(files.as_path("path", path), "TOML file")
+        try:
+            return cls.from_toml(text)
+        except FieldsError as error:
+            raise FieldsError(error.problems, source=str(path)) from None
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+
+    def to_toml(self, values: Mapping[str, float] | None = None) -> str:
+        """The text of a loop file: blocks, sums, and `values` (SI) for all parameters, if given.
+
+        Blocks within blocks stand as what is in them. `from_toml` makes a diagram of the same parts
+        and transfer functions. Errors: `InputError` for values that are not those of the
+        parameters, and for formulas or names that no file can hold.
+        """
+        return write.text(write.diagram_tables(self, values))
+
+    def save(self, path: str | Path, values: Mapping[str, float] | None = None) -> None:
+        """Write `to_toml` to a file: all of it or nothing. Errors: `InputError`."""
+        files.write(files.as_path("path", path), self.to_toml(values), "diagram")
 
     def at(self, values: Mapping[str, float] | None = None, /, **keywords: float) -> System:
         """The diagram with a number for every parameter, ready for every numeric face.

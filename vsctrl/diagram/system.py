@@ -26,6 +26,8 @@ from vsctrl.diagram.sampled.system import SampledSystem
 from vsctrl.errors import InputError
 
 if TYPE_CHECKING:
+    import control
+
     from vsctrl.diagram.stability_chart.chart import StabilityChart
 
 
@@ -66,6 +68,20 @@ class System(Numeric):
         blocks before the hold must be among them. Errors: `InputError`, see `SampledSystem`.
         """
         return SampledSystem(self, period, hold, {} if digital is None else digital)
+
+    def to_control(
+        self, pade: int | tuple[int, int] | None = None, name: str = "diagram"
+    ) -> control.StateSpace:
+        """The diagram for python-control: subsystems, inputs and outputs with its names.
+
+        What `control.interconnect` makes of a `StateSpace` for each block and a summing junction
+        for each sum. Each delay is a Padé model of order `pade`, or of degrees (m, n), which must
+        be given where there is one; `channel.pade(tol=…)` tells the order for an error.
+        Errors: `InputError` for delays without an order and for a block that differentiates.
+        """
+        from vsctrl.diagram.pade.interconnection import interconnection
+
+        return interconnection(self, pade, name)
 
     def poles(self, n: int = 6) -> Complex:
         """The n rightmost characteristic roots of the whole diagram (rad/s), delays exact.

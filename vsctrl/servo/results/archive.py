@@ -25,6 +25,7 @@ from vsctrl import files
 from vsctrl.arrays import Array, Mask
 from vsctrl.checks import quoted
 from vsctrl.errors import InputError, cut
+from vsctrl.problems import FieldsError
 from vsctrl.servo import checks
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.features.feature_sets import measures
@@ -33,7 +34,6 @@ from vsctrl.servo.results.frames import Frames
 from vsctrl.servo.results.npz import Archive, Header
 from vsctrl.servo.results.status import SEEN, Event, Kind, Status
 from vsctrl.servo.scenario import Scenario
-from vsctrl.servo.scenario.fields import FieldsError
 
 R = TypeVar("R", bound=Frames)
 

@@ -12,12 +12,12 @@ import numpy as np
 from vsctrl import timing
 from vsctrl.arrays import Array
 from vsctrl.errors import InputError
+from vsctrl.problems import Problem
 from vsctrl.servo.camera.camera import NEAREST, Camera
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.pose import exp
 from vsctrl.servo.scenario import assembly
 from vsctrl.servo.scenario.description import Description
-from vsctrl.servo.scenario.tables import Problem
 
 FEWEST_POINTS = 3
 MOST_FRAMES = 1_000_000

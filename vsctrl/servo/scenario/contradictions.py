@@ -7,10 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vsctrl.problems import Problem
 from vsctrl.servo.features.feature_sets import MEASURES
 from vsctrl.servo.robot.gantry import Gantry
 from vsctrl.servo.scenario.description import Description
-from vsctrl.servo.scenario.tables import Problem
 
 
 def contradictions(scenario: Description) -> Iterator[Problem]:

@@ -10,9 +10,9 @@ from pydantic import BeforeValidator, Field
 
 from vsctrl import timing
 from vsctrl.arrays import Array
+from vsctrl.problems import FieldsError
 from vsctrl.servo.motion.trajectory import ConstantScrew, Trajectory
 from vsctrl.servo.pose import from_euler_xyz
-from vsctrl.servo.scenario import fields
 from vsctrl.servo.scenario.experiment import (
     CameraTable,
     LawTable,
@@ -92,7 +92,7 @@ class Description(Table):
                 "(simulate takes any), so choose "
                 f"{below * period:.9g} or {(below + 1) * period:.9g}"
             )
-            raise fields.FieldsError([("vision.latency", sentence)])
+            raise FieldsError([("vision.latency", sentence)])
         return d
 
 

@@ -8,10 +8,11 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
+from vsctrl.problems import Problem
 from vsctrl.servo.control.law import Interaction
 from vsctrl.servo.features.feature_sets import MEASURES
 from vsctrl.servo.scenario import fields
-from vsctrl.servo.scenario.tables import Problem, Table
+from vsctrl.servo.scenario.tables import Table
 from vsctrl.servo.scenario.types import (
     CHOICE,
     MaybePair,

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from vsctrl.arrays import Array
+from vsctrl.problems import FieldsError, Problem, show
 from vsctrl.servo.motion.linked import Blending, Linked
 from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.scenario import fields
@@ -22,7 +23,7 @@ from vsctrl.servo.scenario.motions import (
     RotationMotion,
     ScrewMotion,
 )
-from vsctrl.servo.scenario.tables import Problem, not_a_table
+from vsctrl.servo.scenario.tables import not_a_table
 from vsctrl.servo.scenario.types import CHOICE, MaybePair, Switch
 
 Part = Annotated[
@@ -39,14 +40,14 @@ def _part(value: object) -> Motion:
     """One part of a linked motion. Raises FieldsError that lists everything wrong with it."""
     if isinstance(value, LinkedMotion) or _kind(value) == "linked":
         sentence = "a linked motion cannot be a part; list its parts here instead"
-        raise fields.FieldsError([("kind", sentence)])
+        raise FieldsError([("kind", sentence)])
     part: Motion = pick(value, "[motion.parts]")
     if isinstance(part, PathMotion) and part.frame == "object":
         sentence = (
             "a part begins where the one before it ends; give its poses from there, with "
             'frame = "start"'
         )
-        raise fields.FieldsError([("frame", sentence)])
+        raise FieldsError([("frame", sentence)])
     return part
 
 
@@ -54,20 +55,20 @@ def _parts(value: object) -> tuple[Motion, ...]:
     """Every part of a linked motion, or all that is wrong with all of them."""
     if not isinstance(value, list | tuple) or not value:
         raise ValueError(
-            f"{fields.show(value)} is no list of motions; write one table [[motion.parts]] for each"
+            f"{show(value)} is no list of motions; write one table [[motion.parts]] for each"
         )
     out: list[Motion] = []
     problems: list[Problem] = []
     for number, entry in enumerate(value, start=1):
         try:
             out.append(_part(entry))
-        except fields.FieldsError as error:
+        except FieldsError as error:
             problems += [
                 ("", f"part {number}, {name}: {text}" if name else f"part {number}: {text}")
                 for name, text in error.problems
             ]
     if problems:
-        raise fields.FieldsError(problems)
+        raise FieldsError(problems)
     return tuple(out)
 
 
@@ -134,9 +135,9 @@ def pick(value: object, table: str = "motion") -> Any:
     if isinstance(value, Motion):
         return value
     if not isinstance(value, Mapping):
-        raise fields.FieldsError([("", not_a_table(value, table))])
+        raise FieldsError([("", not_a_table(value, table))])
     try:
         kind = fields.choice(*KINDS)(_kind(value))
     except ValueError as error:
-        raise fields.FieldsError([("kind", str(error))]) from None
+        raise FieldsError([("kind", str(error))]) from None
     return KINDS[kind](**{str(key): entry for key, entry in value.items()})

@@ -13,11 +13,12 @@ import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from vsctrl.arrays import Array
+from vsctrl.problems import Problem
 from vsctrl.servo.motion import trajectory
 from vsctrl.servo.motion.path import Ends, Path
 from vsctrl.servo.motion.trajectory import Trajectory, Waveform
 from vsctrl.servo.pose import from_euler_xyz
-from vsctrl.servo.scenario.tables import Problem, Table
+from vsctrl.servo.scenario.tables import Table
 from vsctrl.servo.scenario.types import (
     CHOICE,
     Direction3,

@@ -8,7 +8,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vsctrl.servo.scenario.tables import Problem, Table
+from vsctrl.problems import Problem
+from vsctrl.servo.scenario.tables import Table
 from vsctrl.servo.scenario.types import (
     CHOICE,
     MaybeNumber,

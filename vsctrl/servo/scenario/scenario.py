@@ -13,11 +13,11 @@ from typing import Any, Self
 
 import numpy as np
 
-from vsctrl import files
+from vsctrl import files, toml
 from vsctrl.checks import require_kind
 from vsctrl.errors import InputError
+from vsctrl.problems import FieldsError, Problem, remedy
 from vsctrl.servo.pose import exp
-from vsctrl.servo.scenario import fields, toml
 from vsctrl.servo.scenario.checks import (
     frame_problems,
     image_problems,
@@ -28,7 +28,6 @@ from vsctrl.servo.scenario.checks import (
 from vsctrl.servo.scenario.contradictions import contradictions
 from vsctrl.servo.scenario.description import COMMENTS, TABLE_OF, TABLES, Description, meanings
 from vsctrl.servo.scenario.links import KINDS, LinkedMotion
-from vsctrl.servo.scenario.tables import Problem, remedy
 
 
 class Scenario(Description):
@@ -112,7 +111,7 @@ class Scenario(Description):
         data: dict[str, Any] = self.model_dump()
         unknown = [name for name in changes if name not in TABLE_OF]
         if unknown:
-            raise fields.FieldsError(
+            raise FieldsError(
                 (name, f"no field of a scenario has this name{remedy(name, TABLE_OF)}")
                 for name in unknown
             )
@@ -134,8 +133,8 @@ class Scenario(Description):
         """Scenario from a TOML file in UTF-8. Raises InputError that starts with the file."""
         try:
             return cls.from_toml(files.read_text(files.as_path("path", path), "TOML file"))
-        except fields.FieldsError as error:
-            raise fields.FieldsError(error.problems, source=str(path)) from None
+        except FieldsError as error:
+            raise FieldsError(error.problems, source=str(path)) from None
 
     def to_toml(self) -> str:
         """TOML text, ready to edit: a comment with meaning and unit on every key.

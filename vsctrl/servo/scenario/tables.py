@@ -4,15 +4,13 @@ A table checks its own keys only. The tables themselves are in ``experiment``, `
 ``motions`` and ``links``; what they must satisfy together is left to ``checks``.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
-from vsctrl.errors import InputError, nearest
-from vsctrl.servo.scenario import fields
-
-Problem = tuple[str, str]  # a dotted field, and what is wrong with it
+from vsctrl.errors import InputError
+from vsctrl.problems import FieldsError, Problem, remedy, show
 
 
 class Table(BaseModel):
@@ -25,12 +23,12 @@ class Table(BaseModel):
         try:
             super().__init__(**data)
         except ValidationError as error:
-            raise fields.FieldsError(_problems(type(self), error)) from None
+            raise FieldsError(_problems(type(self), error)) from None
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if problems := [*self.problems()]:
-            raise fields.FieldsError(problems)
+            raise FieldsError(problems)
         return self
 
     def problems(self) -> Iterator[Problem]:
@@ -57,12 +55,6 @@ def _below(table: type[Table]) -> Iterator[type[Table]]:
         yield from _below(below)
 
 
-def remedy(name: str, known: Iterable[str]) -> str:
-    """`` (did you mean …?)``, or all names where none is near."""
-    known = list(known)
-    return nearest(name, known) or f"; it has {', '.join(known)}"
-
-
 def _problems(model: type[Table], error: ValidationError) -> list[Problem]:
     """pydantic's findings about one table as (dotted field, sentence), all of them."""
     known = model.model_fields
@@ -72,19 +64,17 @@ def _problems(model: type[Table], error: ValidationError) -> list[Problem]:
         cause = refusal.get("ctx", {}).get("error")
         meaning = known[field].description if field in known else None
         about = f" ({meaning})" if meaning else ""
-        if isinstance(cause, fields.FieldsError):
+        if isinstance(cause, FieldsError):
             out += [(".".join(filter(None, (field, name))), text) for name, text in cause.problems]
         elif refusal["type"] == "missing":
             # Whatever has no meaning of its own is a table.
             kind = "a value" if meaning else f"a table [{field}]"
             out.append((field, f"missing; give it {kind}{about}"))
         elif refusal["type"] == "extra_forbidden":
-            value = fields.show(refusal["input"])
+            value = show(refusal["input"])
             out.append((field, f"unknown key with value {value}{model.stranger(field)}"))
         elif refusal["type"] == "literal_error":
-            out.append(
-                (field, f"{fields.show(refusal['input'])} is not {refusal['ctx']['expected']}")
-            )
+            out.append((field, f"{show(refusal['input'])} is not {refusal['ctx']['expected']}"))
         elif cause is not None:
             out.append((field, f"{cause}{about}"))
         else:
@@ -94,4 +84,4 @@ def _problems(model: type[Table], error: ValidationError) -> list[Problem]:
 
 def not_a_table(value: object, field: str) -> str:
     """The sentence about a value where a table belongs."""
-    return f"{fields.show(value)} is not a table; write its keys under [{field}]"
+    return f"{show(value)} is not a table; write its keys under [{field}]"

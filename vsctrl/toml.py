@@ -1,8 +1,8 @@
-"""Scenario files: TOML text in and out.
+"""Files of scenarios and loops: TOML text in and out.
 
-Reading is Python's own ``tomllib``. Writing is fifty lines here, because a scenario needs its units
-as comments and an exact round trip, and no more of TOML than tables of numbers, text and lists.
-What the keys mean is left to ``scenario``.
+Reading is Python's own ``tomllib``. Writing is fifty lines here, because a file needs its units as
+comments and an exact round trip, and no more of TOML than tables of numbers, text and lists.
+What the keys mean is left to those who read them.
 """
 
 import re
@@ -11,16 +11,21 @@ from collections.abc import Mapping
 from typing import Any
 
 from vsctrl.errors import InputError, cut
-from vsctrl.servo.scenario.fields import FieldsError
+from vsctrl.problems import FieldsError
 
 DEEPEST = 100  #: parts of a dotted key
 _QUOTED = re.compile(r"""(?:"(?:[^"\\]|\\.)*"|'[^']*')""")
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
 LONGEST_REASON = 200  #: characters of what the parser says
 
 _ESCAPES = {"\b": "\\b", "\t": "\\t", "\n": "\\n", "\f": "\\f", "\r": "\\r"} | {
     '"': '\\"',
     "\\": "\\\\",
 }
+
+
+class Inline(dict[str, Any]):
+    """A table that is written on the line of its key, ``{ value = 5, unit = "min" }``."""
 
 
 def parse(text: str) -> dict[str, Any]:
@@ -59,7 +64,8 @@ def emit(data: Mapping[str, Any], comments: Mapping[str, str]) -> str:
     """TOML text of values, tables and lists of tables, each key with its comment.
 
     comments: by dotted name, list entries by their number from 0. Values: text, booleans, integers,
-    finite floats, sequences of these; None is a key left out, shown as a comment.
+    finite floats, sequences and `Inline` tables of these; None is a key left out, shown as a
+    comment.
     """
     return "\n".join(_table(data, comments, "")) + "\n"
 
@@ -70,23 +76,28 @@ def _table(values: Mapping[str, Any], comments: Mapping[str, str], path: str) ->
     nested: list[str] = []
     for key, value in values.items():
         name = f"{path}{key}"
-        if isinstance(value, Mapping):
+        if isinstance(value, Mapping) and not isinstance(value, Inline):
             nested += ["", f"[{name}]", *_table(value, comments, f"{name}.")]
         elif _is_list_of(value, Mapping):
             for number, entry in enumerate(value):
                 heading = f"[[{name}]]"
                 nested += ["", heading, *_table(entry, comments, f"{name}.{number}.")]
         elif value is None:
-            lines.append(f"# {key} =  # {comments[name]}")
+            lines.append(f"# {_bare(key)} =  # {comments[name]}")
         else:
-            lines += _key(key, value, comments[name])
+            comment = comments.get(name)
+            lines += _key(_bare(key), value, f"  # {comment}" if comment else "")
     return lines + nested
 
 
 def _key(key: str, value: object, comment: str) -> list[str]:
     if isinstance(value, tuple) and _is_list_of(value, tuple):
-        return [f"{key} = [  # {comment}", *(f"    {_value(row)}," for row in value), "]"]
-    return [f"{key} = {_value(value)}  # {comment}"]
+        return [f"{key} = [{comment}", *(f"    {_value(row)}," for row in value), "]"]
+    return [f"{key} = {_value(value)}{comment}"]
+
+
+def _bare(key: str) -> str:
+    return key if _BARE.fullmatch(key) else _value(key)
 
 
 def _is_list_of(value: object, kind: type) -> bool:
@@ -100,6 +111,8 @@ def _value(value: object) -> str:
         return str(value).lower()
     if isinstance(value, tuple):
         return "[" + ", ".join(_value(entry) for entry in value) + "]"
+    if isinstance(value, Inline):
+        return "{ " + ", ".join(f"{_bare(k)} = {_value(v)}" for k, v in value.items()) + " }"
     return repr(value)  # Python writes numbers as TOML does, with the digits that give them back
 
 

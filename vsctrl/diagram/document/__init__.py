@@ -1,0 +1,1 @@
+"""A loop as a file: formulas as text, units, blocks by their parameters, tables in and out."""
