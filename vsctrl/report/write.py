@@ -15,11 +15,11 @@ from pathlib import Path
 
 from vsctrl.errors import InputError
 from vsctrl.files import MOST, as_path, beginning, read_text, write_all
+from vsctrl.keywords import keywords
 from vsctrl.report.data import SCHEMA, report_data
 from vsctrl.report.page import GENERATOR, page
 from vsctrl.report.verdict import verdict
-from vsctrl.servo import Scenario
-from vsctrl.servo.scenario import require_scenario
+from vsctrl.servo.scenario import GivenScenario, as_scenario
 from vsctrl.study import LoopReport, examine
 
 PAGE, DATA = "index.html", "report.json"
@@ -35,8 +35,9 @@ class Report:
     sentences: tuple[str, ...]
 
 
+@keywords
 def write_report(
-    scenario: Scenario,
+    scenario: GivenScenario,
     out: str | Path = "report",
     *,
     command: str = "vsctrl.write_report(scenario)",
@@ -49,7 +50,7 @@ def write_report(
     Errors: `InputError` for a scenario that cannot be validated, a folder that cannot be written
     to, or one that holds another file of the same name.
     """
-    require_scenario(scenario)
+    scenario = as_scenario(scenario)
     folder, made = as_path("out", out), list[Path]()
     try:
         _prepare(folder, made)

@@ -7,14 +7,14 @@ that lists all problems. Checks of single values are in ``fields``, of the whole
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
 from vsctrl import files
-from vsctrl.checks import require_kind
+from vsctrl.checks import quoted
 from vsctrl.errors import InputError
 from vsctrl.servo.pose import exp
 from vsctrl.servo.scenario import fields, toml
@@ -28,6 +28,7 @@ from vsctrl.servo.scenario.checks import (
 from vsctrl.servo.scenario.contradictions import contradictions
 from vsctrl.servo.scenario.description import COMMENTS, TABLE_OF, TABLES, Description, meanings
 from vsctrl.servo.scenario.links import KINDS, LinkedMotion
+from vsctrl.servo.scenario.plausibility import CERTAIN, asked, questions
 from vsctrl.servo.scenario.tables import Problem, remedy
 
 
@@ -47,6 +48,11 @@ class Scenario(Description):
             yield "motion", str(error).rstrip(".")
             return
         blamed = "motion.duration" if "duration" in type(self.motion).model_fields else "motion"
+        slips = [] if self.sure else [*questions(self, reference)]
+        if refusing := [(q.field, q.sentence + CERTAIN) for q in slips if q.refuses]:
+            # What else is wrong most likely comes from these.
+            yield from [*contradictions(self), *refusing]
+            return
         problems = [
             *contradictions(self),
             *frame_problems(reference.duration, self.vision.period, len(points), blamed),
@@ -60,6 +66,11 @@ class Scenario(Description):
         yield from problems
 
     @property
+    def doubts(self) -> tuple[str, ...]:
+        """Questions about what is unusual and stops nothing, each a sentence; none if ``sure``."""
+        return tuple(f"{question.field}: {question.sentence}" for question in asked(self))
+
+    @property
     def ideal(self) -> Self:
         """The same experiment as the theory of figure 1 has it: a perfect camera and robot.
 
@@ -70,6 +81,7 @@ class Scenario(Description):
         return type(self)(
             name=self.name,
             description=self.description,
+            sure=self.sure,
             camera={"Fx": self.camera.Fx, "Fy": self.camera.Fy},
             target={"points": self.target.points},
             start={
@@ -97,9 +109,10 @@ class Scenario(Description):
     def digest(self) -> str:
         """First 12 hex digits of the SHA-256 of the canonical JSON: same digits, same run.
 
-        Values at their defaults are left out, so that a new option leaves old digests alone.
+        Values at their defaults are left out, so that a new option leaves old digests alone, and
+        so is ``sure``, which changes no run.
         """
-        data = self.model_dump(mode="json", exclude_defaults=True)
+        data = self.model_dump(mode="json", exclude_defaults=True, exclude={"sure"})
         canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()[:12]
 
@@ -113,7 +126,10 @@ class Scenario(Description):
         unknown = [name for name in changes if name not in TABLE_OF]
         if unknown:
             raise fields.FieldsError(
-                (name, f"no field of a scenario has this name{remedy(name, TABLE_OF)}")
+                (
+                    name,
+                    f"no field of a scenario has this name{remedy(name, TABLE_OF, changes[name])}",
+                )
                 for name in unknown
             )
         kind = KINDS.get(str(changes.get("kind", self.motion.kind)))
@@ -153,10 +169,38 @@ class Scenario(Description):
         files.write(files.as_path("path", path), self.to_toml(), "scenario")
 
 
-def require_scenario(scenario: object) -> None:
-    """Raises InputError for what is no Scenario, such as the name of its file."""
-    remedy = "give a Scenario, as vs.Scenario.load(FILE) reads it and vs.paper.sliding() is one"
-    require_kind("scenario", scenario, Scenario, remedy)
+GivenScenario = Scenario | str | Path  #: a scenario, or the path of its TOML file
+
+
+def as_scenario(given: object) -> Scenario:
+    """The scenario that was given, or that is in the TOML file whose path was.
+
+    Raises InputError for a file that has none, and for what is neither, with what to give.
+    """
+    if isinstance(given, Scenario):
+        return given
+    if isinstance(given, str | Path):
+        try:
+            return Scenario.load(given)
+        except fields.FieldsError as error:
+            raise fields.FieldsError(error.problems, f"scenario: {given}") from None
+        except InputError as error:
+            raise InputError(f"scenario: {error}") from None
+    raise InputError(f"scenario: {_no_scenario(given)}.")
+
+
+def _no_scenario(given: object) -> str:
+    remedy = "give one, such as vs.paper.sliding(), or the path of its TOML file"
+    if isinstance(given, type) and issubclass(given, Scenario):
+        return f"{given.__name__} is the class, not an experiment; {remedy}"
+    if isinstance(given, Mapping):
+        return "a dict of tables is no Scenario yet; give vs.Scenario(**tables)"
+    if isinstance(getattr(given, "scenario", None), Scenario):
+        return f"a {type(given).__name__} is no Scenario; give its own, as run.scenario"
+    name = getattr(given, "__name__", "")
+    if name and callable(given):
+        return f"{name} is no Scenario; if it makes one, call it: {name}()"
+    return f"{quoted(given)} is no Scenario; {remedy}"
 
 
 def schema() -> str:
