@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import click
 
+from vsctrl.cli.options import examples
 from vsctrl.cli.output import echo_document
 
 
-@click.command()
+@click.command(
+    epilog=examples(
+        "vsctrl scenario rotation > mine.toml", "vsctrl scenario --schema > schema.json"
+    )
+)
 @click.argument("name", default="sliding")
 @click.option("--schema", is_flag=True, help="Print the JSON Schema of scenarios, for editors.")
 def scenario(name: str, schema: bool) -> None:

@@ -30,6 +30,7 @@ def verdict(result: LoopReport) -> Verdict:
         *agreement(result.comparison),
         *([_headroom(result)] if stable else []),
         *_as_configured(result),
+        *(f"Is this meant? {doubt}" for doubt in result.scenario.doubts),
     ]
     own = result.outcome
     fine = (agrees or nothing) and (own is None or own.settled)

@@ -27,12 +27,16 @@ PAGE, DATA = "index.html", "report.json"
 
 @dataclass(frozen=True)
 class Report:
-    """A written report: its files, the numbers behind them, and the first lines of its page."""
+    """A written report: its files, the numbers behind them, and the first lines of its page.
+
+    kind: of the verdict, "good", "warning" (the ways disagree) or "bad" (unstable, or failed).
+    """
 
     page: Path
     data: Path
     result: LoopReport
     sentences: tuple[str, ...]
+    kind: str
 
 
 @keywords
@@ -63,7 +67,7 @@ def write_report(
     except BaseException:
         _remove(made)
         raise
-    return Report(folder / PAGE, folder / DATA, result, conclusion.sentences)
+    return Report(folder / PAGE, folder / DATA, result, conclusion.sentences, conclusion.kind)
 
 
 def _prepare(folder: Path, made: list[Path]) -> None:

@@ -8,6 +8,7 @@ comparisons, plots) is left to the rooms above.
 """
 
 from collections import deque
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from vsctrl.servo.control.controller import PoseController
 from vsctrl.servo.control.measurement import Measurement
 from vsctrl.servo.diagnosis import causes
 from vsctrl.servo.diagnosis.rank import rank
+from vsctrl.servo.diagnosis.trials import TooManyError, Trials
 from vsctrl.servo.diagnosis.verdict import explained
 from vsctrl.servo.faults import Faults, Told
 from vsctrl.servo.pose import adjoint, inverse
@@ -65,6 +67,18 @@ def simulated(scenario: Scenario, *, explain: bool = False) -> Run:
         return run
     found = explained(run, loop.faults.happened, loop.carrier.held, simulated)
     return run if found is run.status else replace(run, status=found)
+
+
+def unstable(scenario: Scenario) -> str:
+    """Why the loop of a scenario cannot hold its reference, as the end of a sentence; else empty.
+
+    It is released near a reference at rest, so that it shows what a run from a perfect start hides.
+    """
+    trials = Trials(scenario, simulated)
+    with np.errstate(all="ignore"), suppress(TooManyError):
+        if cause := causes.of_the_loop(trials):
+            return cause.why
+    return ""
 
 
 class _Loop:

@@ -70,7 +70,7 @@ def _times(scenario: Description, span: float) -> Iterator[Question]:
                 f"{table}.{name}",
                 f"{value:g} s is {value * lam:.3g} times 1/λ = {1 / lam:.3g} s: did you mean "
                 f"{value:g} ms, {name} = {ms:.12g}?",
-                True,
+                name != "tau_hat",  # in which one may believe whatever one likes
             )
         elif name == "latency" and value > span >= scenario.vision.period:
             yield Question(
@@ -129,7 +129,7 @@ def _focal_lengths(scenario: Description) -> Iterator[Question]:
     """Millimetres or metres where pixels belong."""
     camera = scenario.camera
     short = min(camera.Fx, camera.Fy)
-    if short >= SHORT or camera.Fx == camera.Fy == 1:
+    if short >= SHORT or _normalised(scenario):
         return
     if camera.size_px is not None and short > min(camera.size_px) / 20:
         return  # a sensor of few pixels
@@ -143,6 +143,11 @@ def _focal_lengths(scenario: Description) -> Iterator[Question]:
         f"{name} = {mm / pitch:.6g}",
         short < IN_METRES,
     )
+
+
+def _normalised(scenario: Description) -> bool:
+    """Whether the image is in units of the focal length, which have no pixels."""
+    return scenario.camera.Fx == scenario.camera.Fy == 1
 
 
 def _rates(scenario: Description, reference: Trajectory) -> Iterator[Question]:
@@ -194,7 +199,7 @@ def _lengths(scenario: Description, reference: Trajectory) -> Iterator[Question]
         )
         return
     image = max(scenario.camera.Fx, scenario.camera.Fy) * size / depth
-    if image < SMALL:
+    if image < SMALL and not _normalised(scenario):
         in_mm = image < ONE_POINT and 1000 * image > SMALL
         nearer = _listed(np.array(position) / 1000)
         asked = f"did you mean mm, position = {nearer}?" if in_mm else "is a length in mm?"

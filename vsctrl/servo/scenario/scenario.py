@@ -6,6 +6,7 @@ that lists all problems. Checks of single values are in ``fields``, of the whole
 """
 
 import hashlib
+import inspect
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -17,7 +18,7 @@ from vsctrl import files
 from vsctrl.checks import quoted
 from vsctrl.errors import InputError
 from vsctrl.servo.pose import exp
-from vsctrl.servo.scenario import fields, toml
+from vsctrl.servo.scenario import fields, overview, settings, toml
 from vsctrl.servo.scenario.checks import (
     frame_problems,
     image_problems,
@@ -30,6 +31,7 @@ from vsctrl.servo.scenario.description import COMMENTS, TABLE_OF, TABLES, Descri
 from vsctrl.servo.scenario.links import KINDS, LinkedMotion
 from vsctrl.servo.scenario.plausibility import CERTAIN, asked, questions
 from vsctrl.servo.scenario.tables import Problem, remedy
+from vsctrl.tables import html
 
 
 class Scenario(Description):
@@ -116,6 +118,18 @@ class Scenario(Description):
         canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()[:12]
 
+    def __str__(self) -> str:
+        """Six lines: what it is, what moves, camera, law, vision, and what is beyond theory."""
+        return overview.text(self, self.beyond_theory, self.doubts)
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def _repr_html_(self) -> str:
+        (name, about), *rest = overview.rows(self, self.beyond_theory)
+        title = ": ".join(filter(None, (name, about)))
+        return html(rest, caption=title, remarks=self.doubts, labels=True, left=2)
+
     def with_(self, **changes: Any) -> Self:
         """The same experiment with some fields changed, by their own names: ``with_(lam=5)``.
 
@@ -139,6 +153,14 @@ class Scenario(Description):
             table = TABLE_OF[name]
             (data[table] if table else data)[name] = value
         return type(self)(**data)
+
+    def with_text(self, changes: Mapping[str, str]) -> Self:
+        """The same experiment with fields changed by text: ``{"law.lam": "5", "V": "[0, 0, 0]"}``.
+
+        A value is written as in a file, a word without quotes too, and what may be left out is
+        ``none``. Raises InputError as ``with_``.
+        """
+        return self.with_(**settings.values(changes, self.motion.kind))
 
     @classmethod
     def from_toml(cls, text: str) -> Self:
@@ -203,7 +225,21 @@ def _no_scenario(given: object) -> str:
     return f"{quoted(given)} is no Scenario; {remedy}"
 
 
+_SUMMARY = inspect.cleandoc(Scenario.__doc__ or "")
+Scenario.__doc__ = f"""{_SUMMARY}
+
+The tables of a file, their keys with what they are where left out, meaning and unit:
+{overview.manual()}
+"""
+Scenario.with_.__doc__ = f"""{inspect.cleandoc(Scenario.with_.__doc__ or "")}
+
+The names, by table:
+{overview.keys()}
+"""
+
+
 def schema() -> str:
     """JSON Schema of a scenario file, for editors that complete and check TOML or JSON."""
-    dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    return json.dumps(dialect | Scenario.model_json_schema(), indent=2, ensure_ascii=False) + "\n"
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    found = head | Scenario.model_json_schema() | {"description": _SUMMARY}
+    return json.dumps(found, indent=2, ensure_ascii=False) + "\n"
