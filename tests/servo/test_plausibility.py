@@ -19,8 +19,8 @@ SWING = {"kind": "oscillation", "direction": (1, 0, 0, 0, 0, 0)}
 REFUSED = {
     "vision.latency in ms": {"latency": 80.0},
     "vision.period in ms": {"period": 40.0},
-    "robot.dead_time in ms": {"dead_time": 40.0},
-    "robot.time_constant in ms": {"time_constant": 50.0},
+    "robot.dead_time in ms": {"dead_time": 80.0},
+    "robot.time_constant in ms": {"time_constant": 80.0},
     "law.preview in ms": {"preview": 320.0},
     "start.position in mm": {"position": (-174.0, 44.0, -770.0)},
     "target.points in mm": {"points": [tuple(1e3 * c for c in p) for p in LEDS]},
@@ -37,7 +37,9 @@ REFUSED = {
     "start.euler_xyz_deg in rad": {"position": (0, 0, 0.77), "euler_xyz_deg": (3.1416, 0, 0)},
 }
 DOUBTED = {
-    "vision.latency longer than the run": {"latency": 12.0},
+    "vision.latency longer than the run": {"latency": 10.0},
+    "vision.latency that is long beside 1/λ": {"latency": 40.0},
+    "start.offset that is far for any unit": {"offset": (1e4, 0, 0, 0, 0, 0)},
     "camera.Fx in mm": {"Fx": 8.0, "Fy": 8.0},
     "camera.Fy that is short": {"Fy": 40.0},
     "camera.Fx before a large image": {"Fx": 20.0, "Fy": 20.0, "size_px": (640, 480)},

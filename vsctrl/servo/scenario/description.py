@@ -113,8 +113,8 @@ TABLES: dict[str, type[Table]] = {
     for name, field in Description.model_fields.items()
     if isinstance(field.annotation, type) and issubclass(field.annotation, Table)
 }
-# The table of every field, "" for those at the top.
-TABLE_OF = {"name": "", "description": "", "sure": ""} | {
+# The table of every field that a run or its name depends on, "" for those at the top.
+TABLE_OF = {"name": "", "description": ""} | {
     name: table for table, model in TABLES.items() for name in model.model_fields
 }
 TABLE_OF |= dict.fromkeys(sorted(MOTION_FIELDS), "motion")

@@ -21,9 +21,9 @@ from vsctrl.servo.motion.trajectory import Trajectory
 from vsctrl.servo.pose import exp, from_euler_xyz
 from vsctrl.servo.scenario.description import TABLE_OF, Description
 
-# A time of so many seconds and of so many 1/λ is one in ms: the loop could never be stable, and no
-# loop of that speed waits so long. (λτ above π/2 alone is an unstable loop, and no slip.)
-LONG, CONSTANTS = 3.0, 30.0
+# A time of so many seconds and of so many 1/λ is one in ms: a loop of such a period could never be
+# stable, and none waits so long for its image. (λτ above π/2 alone is an unstable loop, no slip.)
+LONG, CONSTANTS, WAITING = 3.0, 30.0, 150.0
 # Directions of points from the optical axis, as tangents: of no lens that is a pinhole, and of an
 # unusual one.
 BESIDE, WIDE = 30.0, 10.0
@@ -70,7 +70,8 @@ def _times(scenario: Description, span: float) -> Iterator[Question]:
                 f"{table}.{name}",
                 f"{value:g} s is {value * lam:.3g} times 1/λ = {1 / lam:.3g} s: did you mean "
                 f"{value:g} ms, {name} = {ms:.12g}?",
-                name != "tau_hat",  # in which one may believe whatever one likes
+                # A predictor may believe in whatever latency one likes.
+                name == "period" or (value * lam > WAITING and name != "tau_hat"),
             )
         elif name == "latency" and value > span >= scenario.vision.period:
             yield Question(
@@ -250,7 +251,7 @@ def _offset(scenario: Description, oTc0: Array, depth: float) -> Iterator[Questi
             "start.offset",
             f"it is {away:.3g} times as far as the target: did you mean mm, offset = "
             f"{_in_mm(offset)}?",
-            away > BESIDE and _tangent(seen) > BESIDE,
+            BESIDE < away < 1000 and _tangent(seen) > BESIDE,
         )
 
 
@@ -275,7 +276,7 @@ def _way(scenario: Description, reference: Trajectory, depth: float) -> Iterator
     yield Question(
         field,
         f"it leads the camera {beside:.3g} times as far away as the target was: {asked}",
-        beside > BESIDE and field != "motion",
+        BESIDE < beside < 1000 * WIDE and field != "motion",
     )
 
 

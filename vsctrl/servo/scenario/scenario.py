@@ -137,12 +137,13 @@ class Scenario(Description):
         Raises InputError for an unknown name or a value that its field refuses.
         """
         data: dict[str, Any] = self.model_dump()
-        unknown = [name for name in changes if name not in TABLE_OF]
+        table_of = TABLE_OF | {"sure": ""}
+        unknown = [name for name in changes if name not in table_of]
         if unknown:
             raise fields.FieldsError(
                 (
                     name,
-                    f"no field of a scenario has this name{remedy(name, TABLE_OF, changes[name])}",
+                    f"no field of a scenario has this name{remedy(name, table_of, changes[name])}",
                 )
                 for name in unknown
             )
@@ -150,7 +151,7 @@ class Scenario(Description):
         if kind is not None:
             data["motion"] = {k: v for k, v in data["motion"].items() if k in kind.model_fields}
         for name, value in changes.items():
-            table = TABLE_OF[name]
+            table = table_of[name]
             (data[table] if table else data)[name] = value
         return type(self)(**data)
 
