@@ -7,6 +7,8 @@ the field, the value and the remedy. The command line prints it and ends with ex
 import difflib
 from collections.abc import Iterable
 
+from vsctrl.vocabulary import meant
+
 FARTHEST = 100  #: characters of a name that could be meant for another
 
 
@@ -28,10 +30,19 @@ def cut(text: str, longest: int) -> str:
     return text if len(text) <= longest else f"{text[: longest - 15]} … {text[-12:]}"
 
 
-def nearest(name: object, known: Iterable[str]) -> str:
-    """`` (did you mean 'lam'?)`` where a known name is close, whatever its case, else nothing."""
+def nearest(name: object, known: Iterable[str], value: object = None) -> str:
+    """`` (did you mean 'lam'?)`` where a known name is meant or is spelt nearly so, else nothing.
+
+    value: what was given by that name, which comes back in the unit of the one that is meant:
+    `` (did you mean period = 0.04?)`` of ``fps = 25``.
+    """
     if len(str(name)) > FARTHEST:
         return ""
+    known = list(known)
+    if found := meant(name, known, value):
+        if found.value is not None:
+            return f" (did you mean {found.names[0]} = {found.value:.12g}?)"
+        return f" (did you mean {' and '.join(map(repr, found.names))}?)"
     folded = {candidate.casefold(): candidate for candidate in known}
     close = difflib.get_close_matches(str(name).casefold(), folded, n=1, cutoff=0.5)
     return f" (did you mean {folded[close[0]]!r}?)" if close else ""

@@ -10,10 +10,34 @@ from typing import Any
 
 from vsctrl.checks import quoted, unusable
 from vsctrl.errors import InputError
+from vsctrl.keywords import keywords
 from vsctrl.servo.camera.target import CUBE_LEDS
 from vsctrl.servo.motion.trajectory import Waveform
 from vsctrl.servo.scenario import Scenario
 from vsctrl.servo.timing import Placement
+
+__all__ = [
+    "AMPLITUDE",
+    "CENTRE",
+    "CYCLE",
+    "DISTANCE",
+    "LAM",
+    "LAM_OSCILLATION",
+    "PRESETS",
+    "PRINTED_START",
+    "ROTATION_START",
+    "SPEED",
+    "START",
+    "oscillation",
+    "preset",
+    "rotation",
+    "sliding",
+]
+
+
+def __dir__() -> list[str]:
+    return list(__all__)
+
 
 PRINTED_START = (-0.174, 0.044, -0.077)
 """Start position of section 4.1 as printed, m. It puts all LEDs (z = −0.125 m) behind the camera:
@@ -42,6 +66,7 @@ d = (0, 0, d). From that start it is neither the distance of the cube's front ed
 m) nor of its centre (0.83 m), so "around a cube edge" and 0.8 m do not hold together."""
 
 
+@keywords
 def sliding(
     feedforward: bool = True,
     *,
@@ -64,6 +89,7 @@ def sliding(
     )
 
 
+@keywords
 def oscillation(
     waveform: Waveform = "triangle",
     feedforward: bool = True,
@@ -92,6 +118,7 @@ def oscillation(
     )
 
 
+@keywords
 def rotation(
     feedforward: bool = True,
     *,
@@ -153,6 +180,7 @@ PRESETS: dict[str, Callable[[], Scenario]] = {
 }
 
 
+@keywords
 def preset(name: str) -> Scenario:
     """The experiment of the paper with this name. Raises InputError that lists the known ones."""
     if name not in PRESETS:

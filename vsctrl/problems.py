@@ -45,7 +45,7 @@ def show(value: object) -> str:
     return quoted(value)
 
 
-def remedy(name: str, known: Iterable[str]) -> str:
+def remedy(name: str, known: Iterable[str], value: object = None) -> str:
     """`` (did you mean …?)``, or all names where none is near."""
     known = list(known)
-    return nearest(name, known) or f"; it has {', '.join(known)}"
+    return nearest(name, known, value) or f"; it has {', '.join(known)}"

@@ -2,6 +2,7 @@
 
 import importlib
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -206,3 +207,13 @@ def test_where_theory_is_contradicted_the_lag_is_that_of_the_simulation():
     assert f"the camera settles {abs(1e3 * row.simulated):.1f} mm behind" in words
     assert f"{abs(1e3 * row.analytic):.1f} mm" not in words
     assert "the lags of these cases are the simulation's" in words
+
+
+def test_what_is_unusual_is_asked_back_at_the_end():
+    """Of focal lengths that may be in millimetres, once, and not of one who is sure."""
+    doubtful = paper.sliding().with_(kind="hold", duration=1.0, Fx=40.0, Fy=40.0)
+    found = examine(doubtful)
+    asked = [line for line in verdict(found).sentences if line.startswith("Is this meant? ")]
+    assert asked == [f"Is this meant? {doubt}" for doubt in doubtful.doubts] and len(asked) == 1
+    sure = replace(found, scenario=doubtful.with_(sure=True))
+    assert not any(line.startswith("Is this meant?") for line in verdict(sure).sentences)

@@ -146,6 +146,7 @@ def description(wild):
     periods = wild.one_of(0.0, 1.0, 2.0, float(wild.rng.uniform(0, 4)), 7.3)
     out = {
         "name": wild.one_of("wild", "", "ξ — \"quoted\" \\ '''"),
+        "sure": True,  # absurd values are the matter here
         "camera": {"Fx": wild.size(100, 2000), "Fy": wild.size(100, 2000)},
         "target": {"points": target},
         "start": {"position": [*wild.near(0.1, 2), -wild.size(0.4, 2)]},

@@ -6,11 +6,17 @@ from typing import Any
 
 import click
 
+from vsctrl.cli import options
+from vsctrl.cli.options import examples
 from vsctrl.cli.output import echo_document, echo_json
 from vsctrl.errors import InputError
 
 
-@click.command()
+@click.command(
+    epilog=examples(
+        "vsctrl derive point --emit numpy", "vsctrl derive --ledger", "vsctrl derive --list"
+    )
+)
 @click.argument("feature", required=False)
 @click.option(
     "--emit",
@@ -22,7 +28,7 @@ from vsctrl.errors import InputError
 @click.option("--list", "listed", is_flag=True, help="Print the features that have a name.")
 @click.option("--ledger", is_flag=True, help="Print what became of the paper's equations.")
 @click.option("--prove", is_flag=True, help="Run the ledger's proofs, some ten seconds.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@options.as_json
 def derive(
     feature: str | None,
     language: str | None,

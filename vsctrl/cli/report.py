@@ -9,12 +9,17 @@ from typing import Any
 
 import click
 
+from vsctrl.cli import options
 from vsctrl.cli.output import echo_document, echo_json
 
 STEPS = 4  #: that write_report announces
 
 
-@click.command()
+@click.command(
+    epilog=options.examples(
+        "vsctrl report --set latency=0.12 --out late", "vsctrl report mine.toml --strict --json"
+    )
+)
 @click.argument("scenario", type=click.Path(path_type=Path), required=False)
 @click.option(
     "--out",
@@ -24,8 +29,19 @@ STEPS = 4  #: that write_report announces
     help="Folder for index.html and report.json.",
 )
 @click.option("--schema", is_flag=True, help="Print the JSON Schema of report.json and stop.")
+@options.settings
+@options.strict
 @click.option("--json", "as_json", is_flag=True, help="Print report.json instead of the table.")
-def report(scenario: Path | None, out: Path, schema: bool, as_json: bool) -> None:
+@click.pass_context
+def report(
+    ctx: click.Context,
+    scenario: Path | None,
+    out: Path,
+    schema: bool,
+    settings: tuple[str, ...],
+    strict: bool,
+    as_json: bool,
+) -> None:
     """Predict, simulate and compare a SCENARIO.toml; write a page and its numbers.
 
     Without SCENARIO it is the paper's sliding experiment.
@@ -35,26 +51,25 @@ def report(scenario: Path | None, out: Path, schema: bool, as_json: bool) -> Non
 
         echo_json(ReportData.model_json_schema())
         return
-    from vsctrl import paper
-    from vsctrl.servo import Scenario
-
-    chosen = Scenario.load(scenario) if scenario else paper.sliding()
+    chosen = options.scenario(scenario, settings)
     from vsctrl.report import write_report
     from vsctrl.tables import visible
 
-    command = " ".join(["vsctrl report", *([scenario.name] if scenario else [])])
+    command = f"vsctrl report {options.typed(scenario, settings)}".rstrip()
     with _Progress() as progress:
         written = write_report(chosen, out, command=command, progress=progress.step)
     if as_json:
         echo_document(written.data.read_text(encoding="utf-8"))
-        return
-    for entry in written.entries:
-        figure_1 = getattr(entry.source, "figure_1", None)
-        if figure_1 is not None:
-            click.echo(f"{visible(str(figure_1.comparison))}\n")
-    for sentence in written.sentences:
-        click.echo(click.wrap_text(visible(sentence), width=100))
-    click.echo(f"\n{written.page}\n{written.data}")
+    else:
+        for entry in written.entries:
+            figure_1 = getattr(entry.source, "figure_1", None)
+            if figure_1 is not None:
+                click.echo(f"{visible(str(figure_1.comparison))}\n")
+        for sentence in written.sentences:
+            click.echo(click.wrap_text(visible(sentence), width=100))
+        click.echo(f"\n{written.page}\n{written.data}")
+    if strict and written.kind == "bad":
+        ctx.exit(options.BAD_VERDICT)
 
 
 class _Progress:

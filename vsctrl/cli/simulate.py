@@ -9,12 +9,18 @@ from typing import Any
 
 import click
 
+from vsctrl.cli import options
+from vsctrl.cli.options import examples
 from vsctrl.cli.output import echo_json
 from vsctrl.errors import InputError
 from vsctrl.files import write
 
 
-@click.command()
+@click.command(
+    epilog=examples(
+        "vsctrl simulate --set lam=5 --plot run.png", "vsctrl simulate mine.toml --json"
+    )
+)
 @click.argument("scenario", type=click.Path(path_type=Path), required=False)
 @click.option("--out", type=click.Path(path_type=Path), help="Keep the run in this file, .npz.")
 @click.option(
@@ -26,7 +32,9 @@ from vsctrl.files import write
     help="Draw it into this file, .png, .svg or .pdf; without a name run.png.",
 )
 @click.option("--animate", type=click.Path(path_type=Path), help="Show it in motion, .gif.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@options.settings
+@options.strict
+@options.as_json
 @click.pass_context
 def simulate(
     ctx: click.Context,
@@ -34,20 +42,25 @@ def simulate(
     out: Path | None,
     plot: Path | None,
     animate: Path | None,
+    settings: tuple[str, ...],
+    strict: bool,
     as_json: bool,
 ) -> None:
     """Simulate a SCENARIO.toml frame by frame and say what came of it.
 
     Without SCENARIO it is the paper's sliding experiment; "vsctrl new NAME > mine.toml" writes
     this and others to edit. Exit code 1 for a run that ended before its last frame, as in a
-    diverging loop, or elsewhere than at its reference: files are written all the same.
+    diverging loop, or elsewhere than at its reference: files are written all the same. A loop that
+    is unstable though its run does not show it is named on stderr, exit code 3 with --strict.
     """
     files = _targets(scenario, {"--out": out, "--plot": plot, "--animate": animate})
-    from vsctrl import paper, servo
+    chosen = options.scenario(scenario, settings)
+    from vsctrl import servo
     from vsctrl.servo.results.outcome import outcome
+    from vsctrl.servo.simulate import unstable
     from vsctrl.tables import visible
 
-    run = servo.simulate(servo.Scenario.load(scenario) if scenario else paper.sliding())
+    run = servo.simulate(chosen)
     if out is not None:
         run.save(out)
     if plot is not None:
@@ -56,9 +69,11 @@ def simulate(
         write(plot, picture(run_figure(run), plot.suffix.lower()), "figure")
     if animate is not None:
         _animate(run, animate)
-    summary = outcome(run)
+    summary, why = outcome(run), unstable(chosen) if run.status.ok else ""
     if as_json:
-        echo_json(run.data() | {"files": {name[2:]: str(path) for name, path in files.items()}})
+        kept = {name[2:]: str(path) for name, path in files.items()}
+        told = {"files": kept, "unstable": why or None, "doubts": list(chosen.doubts)}
+        echo_json(run.data() | told)
     else:
         lines = str(summary).splitlines()
         if not run.status.ok:  # why is said once, on stderr
@@ -68,6 +83,9 @@ def simulate(
     if not run.status.ok:
         click.echo(f"vsctrl: {run.status.sentence}", err=True)
         ctx.exit(1)
+    if why:
+        click.echo(f"vsctrl: The run does not show it, but {why}.", err=True)
+        ctx.exit(options.BAD_VERDICT if strict else 0)
 
 
 _SUFFIXES = {"--out": (".npz",), "--plot": (".png", ".svg", ".pdf"), "--animate": (".gif",)}

@@ -94,3 +94,7 @@ __all__ = [
     "together",
     "translation_reference",
 ]
+
+
+def __dir__() -> list[str]:
+    return list(__all__)

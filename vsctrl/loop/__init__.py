@@ -13,7 +13,8 @@ from vsctrl.loop.closed import pade_gain_limit, pole, sampled_sine_error, step_r
 from vsctrl.loop.compensated_limits import pi_gain_limit, smith_gain_limit
 from vsctrl.loop.constants import ErrorConstants, error_constants, error_sensitivities
 from vsctrl.loop.design import gain_for, least_error_gain, squared_error
-from vsctrl.loop.figure1 import Placement, diagram, figure1
+from vsctrl.loop.figure1 import Placement as Placement
+from vsctrl.loop.figure1 import diagram, figure1
 from vsctrl.loop.limits import fastest_gain, gain_limit, per_sample
 from vsctrl.loop.matrix import (
     calibration_matrix,
@@ -34,7 +35,6 @@ from vsctrl.loop.variants import nulling_preview, pi, preview, previewed_feedfor
 
 __all__ = [
     "ErrorConstants",
-    "Placement",
     "ScenarioLoop",
     "amplitude_and_phase",
     "calibration_matrix",
@@ -71,3 +71,7 @@ __all__ = [
     "tracking_error",
     "tracking_transfer",
 ]
+
+
+def __dir__() -> list[str]:
+    return list(__all__)

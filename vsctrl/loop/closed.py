@@ -9,6 +9,7 @@ from functools import cache
 import sympy as sp
 
 from vsctrl.errors import InputError
+from vsctrl.keywords import keywords
 from vsctrl.loop.figure1 import Placement, check_placement, diagram
 from vsctrl.loop.generated import printed
 from vsctrl.loop.limits import loop_transfer, pulse_transfer
@@ -16,6 +17,7 @@ from vsctrl.symbols import T_s, d, ell, ell_hat, kappa, lam, omega, s, t, tau
 from vsctrl.symbols import z_plane as z
 
 
+@keywords
 def pole(branch: int = 0) -> sp.Expr:
     """A pole of figure 1, W_k(−κλτ)/τ, k a branch of Lambert's W (rad/s).
 
@@ -32,6 +34,7 @@ def _principal_pole() -> sp.Expr:
     return sp.solve(1 + loop_transfer(), s)[0]
 
 
+@keywords
 def step_response(delays: int) -> sp.Expr:
     """S(t) of figure 1 after a unit step from rest, exact for 0 ≤ t ≤ delays · τ.
 
@@ -60,6 +63,7 @@ def _step_response(delays: int) -> sp.Expr:
     return total
 
 
+@keywords
 def sampled_sine_error(placement: Placement = "measurement") -> sp.Expr:
     """E/S* at the samples, for a sine, of figure 1 with the twist held over Tₛ and τ = d Tₛ.
 
@@ -93,6 +97,7 @@ def _sampled_sine_error(placement: Placement) -> sp.Expr:
     return (num / den).subs(z, sp.exp(sp.I * omega * T_s)) - 1
 
 
+@keywords
 def pade_gain_limit(order: int) -> sp.Expr:
     """κλτ at which figure 1 with a Padé model of its delay becomes unstable, an exact number.
 

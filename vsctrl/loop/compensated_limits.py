@@ -15,6 +15,7 @@ from scipy.optimize import brentq, minimize_scalar
 from vsctrl import checks as check
 from vsctrl.checks import decimal
 from vsctrl.errors import LimitError
+from vsctrl.keywords import keywords
 from vsctrl.loop.variants import pi, smith
 from vsctrl.symbols import T_i, ell, ell_hat, kappa, lam, omega, s, tau, tau_hat
 
@@ -22,6 +23,7 @@ STEP = 0.1  #: rad of the longest delay between two samples of the search for ax
 MOST_CHUNKS = 100  #: of 100 000 samples
 
 
+@keywords
 def smith_gain_limit(tau: float, tau_hat: float, kappa: float = 1.0) -> float:
     """The gain λ (s⁻¹) at which figure 1 with a Smith predictor first becomes unstable.
 
@@ -107,6 +109,7 @@ def _smith_return() -> Any:
     return sp.lambdify((omega, tau, tau_hat, kappa), ready, "numpy")
 
 
+@keywords
 def pi_gain_limit(tau: float, T_i: float, kappa: float = 1.0) -> float:
     """The gain λ (s⁻¹) at which figure 1 with a PI gain begins to oscillate without end.
 

@@ -11,6 +11,7 @@ import sympy as sp
 
 from vsctrl.diagram import Diagram, Signal
 from vsctrl.errors import InputError
+from vsctrl.keywords import keywords
 from vsctrl.loop import laurent
 from vsctrl.loop.parameters import calibrated, known, parameters
 from vsctrl.loop.steady import error_transfer, steady_error
@@ -33,6 +34,7 @@ class ErrorConstants(Numbers):
     acceleration: sp.Expr
 
 
+@keywords
 def error_constants(diagram: Diagram, signal: str, **values: float | sp.Expr) -> ErrorConstants:
     """Type and error constants of the loop opened at a signal, symbolic, with exact delay.
 
@@ -55,6 +57,7 @@ def error_constants(diagram: Diagram, signal: str, **values: float | sp.Expr) ->
     return ErrorConstants(-order, *limits)
 
 
+@keywords
 def error_sensitivities(
     diagram: Diagram, signal: Signal, *, relative: bool = False, **options: Any
 ) -> dict[str, sp.Expr]:

@@ -19,6 +19,7 @@ from vsctrl import checks as check
 from vsctrl.diagram import Step
 from vsctrl.diagram.time import collocation
 from vsctrl.errors import InputError, nearest
+from vsctrl.keywords import keywords
 from vsctrl.loop.criteria import (
     dominant_damping,
     first_overshoot,
@@ -37,6 +38,7 @@ from vsctrl.symbols import kappa, lam, omega, tau
 UNSEEN = 1e-9  #: an overshoot (of the step) below this counts as none
 
 
+@keywords
 def gain_for(*, tau: float, kappa: float = 1.0, **criterion: float) -> float:
     """The largest gain λ (s⁻¹) of figure 1 that meets one criterion, for a latency τ (s).
 
@@ -71,6 +73,7 @@ def gain_for(*, tau: float, kappa: float = 1.0, **criterion: float) -> float:
     return _CRITERIA[name](number) / (ratio * delay)
 
 
+@keywords
 def least_error_gain(tau: float, kappa: float = 1.0) -> float:
     """The gain λ (s⁻¹) with the least integral of squares of the step error: cos x = x = κλτ.
 
@@ -81,6 +84,7 @@ def least_error_gain(tau: float, kappa: float = 1.0) -> float:
     return _least_error() / (ratio * delay)
 
 
+@keywords
 def squared_error(lam: Any = lam, tau: Any = tau, kappa: Any = kappa) -> sp.Expr | float:
     """∫(S − S*)² dt after a unit step, k_ff = 0: τ cos x/(2x(1 − sin x)) − τ with x = κλτ, in s.
 

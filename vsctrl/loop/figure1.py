@@ -7,11 +7,13 @@ import sympy as sp
 
 from vsctrl.diagram import Block, Diagram, Sum
 from vsctrl.errors import InputError, nearest
+from vsctrl.keywords import keywords
 from vsctrl.symbols import ell, ell_hat, k_ff, lam, s, tau
 
 Placement = Literal["measurement", "aligned", "actuator"]
 
 
+@keywords
 @cache
 def diagram(placement: Placement = "measurement") -> Diagram:
     """Figure 1 of the paper with the latency τ placed where `placement` says.

@@ -14,6 +14,7 @@ import sympy as sp
 from vsctrl import checks as check
 from vsctrl import timing
 from vsctrl.errors import InputError
+from vsctrl.keywords import keywords
 from vsctrl.loop import fractional_delay
 from vsctrl.loop.figure1 import figure1
 from vsctrl.loop.generated import printed
@@ -23,6 +24,7 @@ from vsctrl.symbols import z_plane as z
 MOST_PERIODS = 1e12  #: in a delay; of more it cannot be told whether their number is whole
 
 
+@keywords
 def per_sample(gain: float, period: float) -> float:
     """The gain λ in s⁻¹ of a gain given per video sample, λ = gain/Tₛ (`period` in s)."""
     number, seconds = (
@@ -32,6 +34,7 @@ def per_sample(gain: float, period: float) -> float:
     return number / seconds
 
 
+@keywords
 def gain_limit(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.Expr | float:
     """The gain λ (s⁻¹) at which figure 1 begins to oscillate without end.
 
@@ -65,6 +68,7 @@ def gain_limit(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.
     return 0.0 if unstable else result
 
 
+@keywords
 def fastest_gain(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.Expr | float:
     """The largest gain λ (s⁻¹) whose dominant mode does not oscillate: a double real root.
 

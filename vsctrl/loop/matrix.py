@@ -20,6 +20,7 @@ from vsctrl import checks as check
 from vsctrl.arrays import Array
 from vsctrl.diagram import Diagram, Ramp
 from vsctrl.errors import InputError, nearest
+from vsctrl.keywords import keywords
 from vsctrl.loop.limits import gain_limit
 from vsctrl.loop.parameters import exact, parameters
 from vsctrl.loop.steady import error_transfer, steady_error
@@ -33,6 +34,7 @@ _SINGULAR_M = (
 _RHO, _PHI = sp.symbols("rho phi", positive=True)
 
 
+@keywords
 def steady_lag(diagram: Diagram, M: Any, twist: Any, **values: Any) -> Any:
     """The steady lag ξ (twist from the reference to the camera) for a constant twist T* (6,).
 
@@ -73,6 +75,7 @@ def steady_lag(diagram: Diagram, M: Any, twist: Any, **values: Any) -> Any:
     return sp.ImmutableMatrix(below.LUsolve(above * column)).applyfunc(sp.factor)
 
 
+@keywords
 def matrix_gain_limit(M: ArrayLike, tau: float, period: float | None = None) -> float:
     """The gain λ (s⁻¹) at which the loop in six degrees of freedom begins to oscillate.
 
@@ -90,6 +93,7 @@ def matrix_gain_limit(M: ArrayLike, tau: float, period: float | None = None) -> 
     return min(float(gain_limit(delay, period=held, kappa=complex(mu))) for mu in eigenvalues)
 
 
+@keywords
 def calibration_matrix(
     feature: Any, believed: Mapping[sp.Symbol, Any], common: Iterable[sp.Symbol] = ()
 ) -> sp.ImmutableMatrix:
@@ -130,6 +134,7 @@ def calibration_matrix(
     return sp.ImmutableMatrix(N.inv()).applyfunc(sp.factor)
 
 
+@keywords
 def depth_error_matrix(rho: Any = _RHO) -> Any:
     """M = diag(ρ, ρ, ρ, 1, 1, 1) of points whose depths are all believed to be Ẑ = ρZ.
 
@@ -140,6 +145,7 @@ def depth_error_matrix(rho: Any = _RHO) -> Any:
     return _put_in(_depth_error(), {"rho": (_RHO, rho)}, "depth_error_matrix")
 
 
+@keywords
 def focal_error_matrix(phi: Any = _PHI, depth: Any = z) -> Any:
     """M of image points in pixels whose focal lengths are believed to be F̂ = φF.
 

@@ -15,6 +15,7 @@ from vsctrl.diagram import Diagram, Exponential, Signal, Sine
 from vsctrl.diagram.description.blocks import delays_as_symbols
 from vsctrl.diagram.signals.elementary import Cosine, Power
 from vsctrl.errors import InputError
+from vsctrl.keywords import keywords
 from vsctrl.loop import laurent
 from vsctrl.loop.parameters import calibrated, exact, known, parameters
 from vsctrl.symbols import s, tau
@@ -24,6 +25,7 @@ SIGNALS = "a Step, Ramp, Parabola, Sine or Exponential"
 _RATIO = "give what steady_error finds for a Sine"
 
 
+@keywords
 def steady_error(
     diagram: Diagram,
     signal: Signal,
@@ -64,6 +66,7 @@ def steady_error(
     raise InputError(f"steady_error: {signal!r} has no steady error; give {SIGNALS}.")
 
 
+@keywords
 def error_transfer(
     diagram: Diagram,
     output: str | None = None,
@@ -77,6 +80,7 @@ def error_transfer(
     return _error(diagram, output, reference, source)[0]
 
 
+@keywords
 def amplitude_and_phase(ratio: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     """A complex amplitude, of real parameters, as (its absolute value, its argument in rad).
 

@@ -11,18 +11,21 @@ import sympy as sp
 
 from vsctrl.diagram import Ramp, Signal
 from vsctrl.errors import InputError
+from vsctrl.keywords import keywords
 from vsctrl.loop.figure1 import Placement, check_placement, diagram
 from vsctrl.loop.parameters import known
 from vsctrl.loop.steady import error_transfer, steady_error
 from vsctrl.symbols import k_ff, lam, tau
 
 
+@keywords
 def tracking_transfer(placement: Placement = "measurement") -> sp.Expr:
     """E(s)/S*(s) of the true error E = S − S*, with κ = ℓ/ℓ̂, delays exact."""
     check_placement(placement)
     return error_transfer(diagram(placement))
 
 
+@keywords
 def tracking_error(signal: Signal, placement: Placement = "measurement", **values: Any) -> sp.Expr:
     """The steady tracking error E = S − S* of figure 1 in closed form: negative is behind.
 
@@ -37,6 +40,7 @@ def tracking_error(signal: Signal, placement: Placement = "measurement", **value
     return steady_error(diagram(placement), signal, **values)
 
 
+@keywords
 def nulling_feedforward(placement: Placement = "measurement", **values: float | sp.Expr) -> sp.Expr:
     """The feed-forward gain k_ff that leaves no error on a ramp, (1 − κλτ)/κ with a late image.
 
@@ -50,6 +54,7 @@ def nulling_feedforward(placement: Placement = "measurement", **values: float | 
     return _nulling_feedforward(placement).xreplace(substitution)
 
 
+@keywords
 def harmful_feedforward_gain(**values: float | sp.Expr) -> sp.Expr:
     """The gain λ (s⁻¹) above which feed-forward makes the ramp error larger with a late image.
 

@@ -10,12 +10,14 @@ from functools import cache
 import sympy as sp
 
 from vsctrl.diagram import Block, Diagram, Ramp, Sum
+from vsctrl.keywords import keywords
 from vsctrl.loop.figure1 import Placement, check_placement, diagram
 from vsctrl.loop.parameters import known
 from vsctrl.loop.steady import steady_error
 from vsctrl.symbols import T_i, ell_hat, h, lam, s, tau_hat
 
 
+@keywords
 def preview(placement: Placement = "measurement") -> Diagram:
     """Figure 1 fed with a reference that is known h seconds early: S_ref(t) = S*(t + h).
 
@@ -29,6 +31,7 @@ def preview(placement: Placement = "measurement") -> Diagram:
     return _preview(placement)
 
 
+@keywords
 def nulling_preview(placement: Placement = "measurement", **values: float | sp.Expr) -> sp.Expr:
     """The preview h (s) that leaves no error on a ramp, (1 − k_ff κ)/(κλ) − τ with a late image.
 
@@ -41,6 +44,7 @@ def nulling_preview(placement: Placement = "measurement", **values: float | sp.E
     )
 
 
+@keywords
 @cache
 def previewed_feedforward() -> Diagram:
     """Figure 1 with a late actuator whose feed-forward alone is h early; the comparison is not.
@@ -58,6 +62,7 @@ def previewed_feedforward() -> Diagram:
     return Diagram(edited, inputs=["S_ref"], outputs=["S", "S_star"])
 
 
+@keywords
 @cache
 def smith() -> Diagram:
     """Figure 1 with a Smith predictor: the law sees S_pred, what a model says S_meas will become.
@@ -79,6 +84,7 @@ def smith() -> Diagram:
     return Diagram(edited, inputs=["S_ref"], outputs=["S"])
 
 
+@keywords
 def pi(placement: Placement = "measurement") -> Diagram:
     """Figure 1 with the gain λ(1 + 1/(Tᵢs)) in place of λ; T_i in s.
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from vsctrl import checks as check
+from vsctrl.diagram import Loop
+from vsctrl.documents import load
 from vsctrl.errors import InputError
 from vsctrl.report.section import Entry
 from vsctrl.servo import Scenario
@@ -21,10 +24,16 @@ def entry_of(x: Any, name: str | None, prefix: str, progress: Step) -> Entry:
 
 
 def _made(x: Any, prefix: str, progress: Step) -> Entry:
+    if isinstance(x, str | Path):
+        x = load(x)
     if isinstance(x, Scenario):
         from vsctrl.report.scenario_entry import scenario_entry
 
         return scenario_entry(x, prefix, progress)
+    if isinstance(x, Loop):
+        from vsctrl.report.loop_entry import loop_entry
+
+        return loop_entry(x, prefix, progress)
     raise InputError(
         f"report: {check.quoted(x)} has no place on a page; give a scenario, as vs.load(FILE) "
         "reads it."

@@ -146,12 +146,16 @@ def _roots(loop: Loop, prefix: str) -> Section:
 
 def chart_ranges(loop: Loop) -> dict[str, tuple[float, float]] | None:
     """Two parameters to draw the chart over: one of a delay first, if there is one, and a gain."""
-    late = {
-        name
-        for block in loop.diagram.blocks
-        for name, symbol in loop.diagram.parameters.items()
-        if symbol in getattr(block.delay_symbols, "free_symbols", block.delay_symbols)
-    } if hasattr(loop.diagram.blocks[0], "delay_symbols") else set()
+    late = (
+        {
+            name
+            for block in loop.diagram.blocks
+            for name, symbol in loop.diagram.parameters.items()
+            if symbol in getattr(block.delay_symbols, "free_symbols", block.delay_symbols)
+        }
+        if hasattr(loop.diagram.blocks[0], "delay_symbols")
+        else set()
+    )
     usable = [name for name, value in loop.values.items() if value]
     delays = [name for name in usable if name in late or name in ("tau", "theta")]
     others = [name for name in usable if name not in delays]
@@ -213,7 +217,9 @@ def _check(loop: Loop) -> list[Section]:
             "check",
             "Every face against every other",
             [
-                Verbatim("The faces of this loop, each by its own way, held to each other", str(found)),
+                Verbatim(
+                    "The faces of this loop, each by its own way, held to each other", str(found)
+                ),
                 "They agree." if found.agrees else "SOME DISAGREE: see the table.",
             ],
         )

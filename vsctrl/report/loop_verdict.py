@@ -1,4 +1,4 @@
-"""The first lines about a loop of one's own: is it stable, how far off, how fast, what limits it."""
+"""The first lines about a loop: is it stable, how far off, how fast, what limits it."""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ from typing import Any, Self
 
 from vsctrl.errors import InputError
 from vsctrl.files import as_path
+from vsctrl.keywords import keywords
 from vsctrl.report.data import ReportData
 from vsctrl.report.entries import entry_of
 from vsctrl.report.files import DATA, PAGE, folder_for, write
@@ -27,6 +28,16 @@ class Written:
     page: Path
     data: Path
     entries: tuple[Entry, ...]
+
+    @property
+    def kind(self) -> str | None:
+        """The worst of the verdicts, "good", "warning" or "bad"; None where nothing is judged."""
+        worst = [each for each in ("bad", "warning", "good") if each in self._kinds]
+        return worst[0] if worst else None
+
+    @property
+    def _kinds(self) -> set[str | None]:
+        return {entry.verdict.kind for entry in self.entries}
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -97,6 +108,7 @@ class Report:
             raise InputError("report: nothing was added; give it a scenario, a loop or a result.")
 
 
+@keywords
 def write_report(
     x: Any,
     out: str | Path = "report",

@@ -24,6 +24,7 @@ def verdict(x: Examination) -> Verdict:
     """Read an examination: the words, and the colour that they have."""
     kind, first = _works(x)
     rest = [] if x.loop is None else [*_far(x), *_fast(x), *_limits(x), *_advice(x)]
+    rest += [f"Is this meant? {doubt}" for doubt in x.scenario.doubts]
     return Verdict(kind, tuple(sentence for sentence in (first, *rest) if sentence))
 
 

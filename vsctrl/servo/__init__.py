@@ -4,42 +4,77 @@ It shares no formula with ``vsctrl.derive`` (except the generated kernels) and n
 ``vsctrl.diagram``, so that their agreement is evidence.
 """
 
-from vsctrl.servo.camera.camera import Camera as Camera
-from vsctrl.servo.camera.camera import View as View
-from vsctrl.servo.camera.target import CUBE_LEDS as CUBE_LEDS
-from vsctrl.servo.camera.target import Target as Target
-from vsctrl.servo.control.law import Command as Command
-from vsctrl.servo.control.law import Law as Law
-from vsctrl.servo.estimation.depth_observer import DepthObserver as DepthObserver
-from vsctrl.servo.estimation.image_filter import ImageFilter as ImageFilter
-from vsctrl.servo.estimation.pose_from_image import PoseFit as PoseFit
-from vsctrl.servo.estimation.pose_from_image import pose_from_image as pose_from_image
-from vsctrl.servo.estimation.triangulation import Structure as Structure
-from vsctrl.servo.estimation.triangulation import target_from_motion as target_from_motion
-from vsctrl.servo.feasibility.following import Feasibility as Feasibility
-from vsctrl.servo.feasibility.following import Reading as Reading
-from vsctrl.servo.feasibility.following import feasibility as feasibility
-from vsctrl.servo.feasibility.joints import JointPath as JointPath
-from vsctrl.servo.feasibility.limits import Limits as Limits
-from vsctrl.servo.feasibility.retiming import Retimed as Retimed
-from vsctrl.servo.feasibility.retiming import fastest as fastest
-from vsctrl.servo.feasibility.retiming import slowed as slowed
-from vsctrl.servo.features.feature_sets import MEASURES as MEASURES
-from vsctrl.servo.motion.linked import Blend as Blend
-from vsctrl.servo.motion.linked import Linked as Linked
-from vsctrl.servo.motion.path import Path as Path
-from vsctrl.servo.motion.trajectory import ConstantScrew as ConstantScrew
-from vsctrl.servo.motion.trajectory import Jump as Jump
-from vsctrl.servo.motion.trajectory import Oscillation as Oscillation
-from vsctrl.servo.motion.trajectory import Trajectory as Trajectory
-from vsctrl.servo.motion.trajectory import hold as hold
-from vsctrl.servo.motion.trajectory import rotation as rotation
-from vsctrl.servo.motion.trajectory import translation as translation
-from vsctrl.servo.results.run import Run as Run
-from vsctrl.servo.results.status import Event as Event
-from vsctrl.servo.results.status import Status as Status
-from vsctrl.servo.robot.gantry import FreeCamera as FreeCamera
-from vsctrl.servo.robot.gantry import Gantry as Gantry
-from vsctrl.servo.scenario import Scenario as Scenario
-from vsctrl.servo.scenario import schema as schema
-from vsctrl.servo.simulate import simulate as simulate
+from vsctrl.servo.camera.camera import Camera, View
+from vsctrl.servo.camera.target import CUBE_LEDS, Target
+from vsctrl.servo.control.law import Command, Law
+from vsctrl.servo.estimation.depth_observer import DepthObserver
+from vsctrl.servo.estimation.image_filter import ImageFilter
+from vsctrl.servo.estimation.pose_from_image import PoseFit, pose_from_image
+from vsctrl.servo.estimation.triangulation import Structure, target_from_motion
+from vsctrl.servo.feasibility.following import Feasibility, Reading, feasibility
+from vsctrl.servo.feasibility.joints import JointPath
+from vsctrl.servo.feasibility.limits import Limits
+from vsctrl.servo.feasibility.retiming import Retimed, fastest, slowed
+from vsctrl.servo.features.feature_sets import MEASURES
+from vsctrl.servo.motion.linked import Blend, Linked
+from vsctrl.servo.motion.path import Path
+from vsctrl.servo.motion.trajectory import (
+    ConstantScrew,
+    Jump,
+    Oscillation,
+    Trajectory,
+    hold,
+    rotation,
+    translation,
+)
+from vsctrl.servo.results.run import Run
+from vsctrl.servo.results.status import Event, Status
+from vsctrl.servo.robot.gantry import FreeCamera, Gantry
+from vsctrl.servo.scenario import Scenario, schema
+from vsctrl.servo.simulate import simulate
+
+__all__ = [
+    "CUBE_LEDS",
+    "MEASURES",
+    "Blend",
+    "Camera",
+    "Command",
+    "ConstantScrew",
+    "DepthObserver",
+    "Event",
+    "Feasibility",
+    "FreeCamera",
+    "Gantry",
+    "ImageFilter",
+    "JointPath",
+    "Jump",
+    "Law",
+    "Limits",
+    "Linked",
+    "Oscillation",
+    "Path",
+    "PoseFit",
+    "Reading",
+    "Retimed",
+    "Run",
+    "Scenario",
+    "Status",
+    "Structure",
+    "Target",
+    "Trajectory",
+    "View",
+    "fastest",
+    "feasibility",
+    "hold",
+    "pose_from_image",
+    "rotation",
+    "schema",
+    "simulate",
+    "slowed",
+    "target_from_motion",
+    "translation",
+]
+
+
+def __dir__() -> list[str]:
+    return list(__all__)

@@ -7,11 +7,14 @@ how much in ``timing``, and ``scenario.assembly`` makes all parts. What a run me
 comparisons, plots) is left to the rooms above.
 """
 
+from collections import deque
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from vsctrl.arrays import Array
+from vsctrl.keywords import keywords
 from vsctrl.servo import faults
 from vsctrl.servo.camera.camera import NEAREST
 from vsctrl.servo.camera.sensor import TrueImage
@@ -19,13 +22,14 @@ from vsctrl.servo.control.controller import PoseController
 from vsctrl.servo.control.measurement import Measurement
 from vsctrl.servo.diagnosis import causes
 from vsctrl.servo.diagnosis.rank import rank
+from vsctrl.servo.diagnosis.trials import TooManyError, Trials
 from vsctrl.servo.diagnosis.verdict import explained
 from vsctrl.servo.faults import Faults, Told
 from vsctrl.servo.pose import adjoint, inverse
 from vsctrl.servo.record import Record
 from vsctrl.servo.results.run import Run
 from vsctrl.servo.results.status import Kind, Status
-from vsctrl.servo.scenario import Scenario, assembly, require_scenario
+from vsctrl.servo.scenario import GivenScenario, Scenario, as_scenario, assembly
 from vsctrl.servo.scenario.checks import FEWEST_POINTS
 
 # The run counts as diverged once the camera is farther from its reference than this many times the
@@ -34,7 +38,8 @@ from vsctrl.servo.scenario.checks import FEWEST_POINTS
 DIVERGED = 100.0
 
 
-def simulate(scenario: Scenario) -> Run:
+@keywords
+def simulate(scenario: GivenScenario) -> Run:
     """Run an experiment frame by frame; a failure in the loop is a status, not an exception.
 
     Frame k at ``t_k = k Tₛ``; the twist of frame k is held over [t_k, t_k+1] and the pose follows
@@ -42,7 +47,7 @@ def simulate(scenario: Scenario) -> Run:
     or fewer after a failure, whose status says why and what helps (``diagnosis``).
     Raises InputError for what is no Scenario.
     """
-    require_scenario(scenario)
+    scenario = as_scenario(scenario)
     return simulated(scenario, explain=True)
 
 
@@ -64,6 +69,18 @@ def simulated(scenario: Scenario, *, explain: bool = False) -> Run:
     return run if found is run.status else replace(run, status=found)
 
 
+def unstable(scenario: Scenario) -> str:
+    """Why the loop of a scenario cannot hold its reference, as the end of a sentence; else empty.
+
+    It is released near a reference at rest, so that it shows what a run from a perfect start hides.
+    """
+    trials = Trials(scenario, simulated)
+    with np.errstate(all="ignore"), suppress(TooManyError):
+        if cause := causes.of_the_loop(trials):
+            return cause.why
+    return ""
+
+
 class _Loop:
     """Everything that takes part in the frames of one run."""
 
@@ -81,7 +98,8 @@ class _Loop:
         self.record = Record(len(t), len(self.target.points), self.controller.width)
         self.rank = rank(scenario)
         self.no_rank = causes.no_rank(scenario) if self.rank < 6 else ""
-        self.images: list[TrueImage] = []
+        self.images: deque[TrueImage] = deque()  # those that the law may still be shown
+        self.first = 0  # frame of the first of them
         self.wTo = None if self.target.still else self.target.pose(t)
 
     def run(self) -> Status:
@@ -124,11 +142,13 @@ class _Loop:
             return before._replace(frame=k, fresh=False)
         m, taken = int(schedule.frame[k]), float(schedule.exposed[k])
         if m >= 0:
-            true = self.images[m]
+            self._forget(m)
+            true = self.images[0]
         else:
             oTc = carrier.at(taken)
             if self.wTo is not None:
                 oTc = inverse(self.target.pose(taken)) @ oTc
+            self._forget(k)  # what is taken between frames, as all that follow are, is of now
             true = self.sensor.look(oTc, self.images[-1].features)
         image = schedule.corrupted(true.features, k)
         if true.visible is not None and before is not None:
@@ -140,6 +160,12 @@ class _Loop:
             return wTc if self.hand_eye is None else wTc @ self.hand_eye
 
         return Measurement(k, image, true.depths, true.visible, True, odometry)
+
+    def _forget(self, frame: int) -> None:
+        """Drop the images before a frame: after a newer one the law is shown no older one."""
+        while self.first < frame:
+            self.images.popleft()
+            self.first += 1
 
     def _reported(self, T: Array) -> Array:
         """A twist (6,) of the camera as the hand reports it: of the camera that it assumes."""

@@ -1,31 +1,53 @@
 """Theory, python-control, exact delay and simulation brought together, and held to each other."""
 
-from vsctrl.study.compensation.comparison import compare_remedies as compare_remedies
-from vsctrl.study.compensation.results import Remedies as Remedies
-from vsctrl.study.compensation.results import SteadyError as SteadyError
-from vsctrl.study.compensation.results import Treated as Treated
-from vsctrl.study.experiments.dominant_mode import DecayModes as DecayModes
-from vsctrl.study.experiments.dominant_mode import decay_modes as decay_modes
-from vsctrl.study.experiments.experiment import Experiment as Experiment
-from vsctrl.study.experiments.experiment import Measured as Measured
-from vsctrl.study.experiments.frequency_response import SineResponse as SineResponse
-from vsctrl.study.experiments.frequency_response import SineRow as SineRow
-from vsctrl.study.experiments.frequency_response import sine_response as sine_response
-from vsctrl.study.experiments.matrix_law import LagRow as LagRow
-from vsctrl.study.experiments.matrix_law import MatrixLaw as MatrixLaw
-from vsctrl.study.experiments.matrix_law import matrix_law as matrix_law
-from vsctrl.study.experiments.stability_limit import StabilityEdge as StabilityEdge
-from vsctrl.study.experiments.stability_limit import stability_edge as stability_edge
-from vsctrl.study.experiments.validation import Validation as Validation
-from vsctrl.study.experiments.validation import validate_all as validate_all
-from vsctrl.study.loop_report import LoopReport as LoopReport
-from vsctrl.study.loop_report import examine as examine
-from vsctrl.study.stability import Stability as Stability
-from vsctrl.study.statements import Statement as Statement
-from vsctrl.study.statements import Statements as Statements
-from vsctrl.study.statements import statements as statements
-from vsctrl.study.tracking.comparison import Comparison as Comparison
-from vsctrl.study.tracking.comparison import validate as validate
-from vsctrl.study.tracking.lag_history import History as History
-from vsctrl.study.tracking.sine_error import Wave as Wave
-from vsctrl.study.tracking.steady_lag import SteadyLag as SteadyLag
+from vsctrl.study.compensation.comparison import compare_remedies
+from vsctrl.study.compensation.results import Remedies, SteadyError, Treated
+from vsctrl.study.experiments.dominant_mode import DecayModes, decay_modes
+from vsctrl.study.experiments.experiment import Experiment, Measured
+from vsctrl.study.experiments.frequency_response import SineResponse, SineRow, sine_response
+from vsctrl.study.experiments.matrix_law import LagRow, MatrixLaw, matrix_law
+from vsctrl.study.experiments.stability_limit import StabilityEdge, stability_edge
+from vsctrl.study.experiments.validation import Validation, validate_all
+from vsctrl.study.loop_report import LoopReport, examine
+from vsctrl.study.stability import Stability
+from vsctrl.study.statements import Statement, Statements, statements
+from vsctrl.study.tracking.comparison import Comparison, validate
+from vsctrl.study.tracking.lag_history import History
+from vsctrl.study.tracking.sine_error import Wave
+from vsctrl.study.tracking.steady_lag import SteadyLag
+
+__all__ = [
+    "Comparison",
+    "DecayModes",
+    "Experiment",
+    "History",
+    "LagRow",
+    "LoopReport",
+    "MatrixLaw",
+    "Measured",
+    "Remedies",
+    "SineResponse",
+    "SineRow",
+    "Stability",
+    "StabilityEdge",
+    "Statement",
+    "Statements",
+    "SteadyError",
+    "SteadyLag",
+    "Treated",
+    "Validation",
+    "Wave",
+    "compare_remedies",
+    "decay_modes",
+    "examine",
+    "matrix_law",
+    "sine_response",
+    "stability_edge",
+    "statements",
+    "validate",
+    "validate_all",
+]
+
+
+def __dir__() -> list[str]:
+    return list(__all__)

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from vsctrl.errors import InputError
+from vsctrl.keywords import keywords
 from vsctrl.servo import Run, Scenario, simulate
 from vsctrl.servo.results.outcome import Outcome, outcome
-from vsctrl.servo.scenario import require_scenario
+from vsctrl.servo.scenario import GivenScenario, as_scenario
 from vsctrl.study.stability import Stability, stability
 from vsctrl.study.tracking.comparison import Comparison, validate
 
@@ -46,14 +47,17 @@ class LoopReport:
         }
 
 
-def examine(scenario: Scenario, progress: Callable[[str], None] = lambda step: None) -> LoopReport:
+@keywords
+def examine(
+    scenario: GivenScenario, progress: Callable[[str], None] = lambda step: None
+) -> LoopReport:
     """Compute all of it; `progress` is told each step as it begins.
 
     Where `validate` has nothing to compare, as with a reference that is held, the comparison is
     empty and its note says why. Errors: `InputError` as `stability`, and for a screw without any
     twist, which is more likely a slip of the pen than a wish to hold.
     """
-    require_scenario(scenario)
+    scenario = as_scenario(scenario)
     progress("margins and limits")
     margins = stability(scenario)
     progress("tracking errors, four ways")

@@ -84,7 +84,7 @@ class Wiring(Caching):
         for name in values:
             if name not in known:
                 raise InputError(
-                    f"at: there is no parameter {name!r}{nearest(name, known)}; "
+                    f"at: there is no parameter {name!r}{nearest(name, known, values[name])}; "
                     f"the diagram has {', '.join(known) or 'none'}."
                 )
         missing = [name for name in known if name not in values]

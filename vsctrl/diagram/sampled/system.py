@@ -20,7 +20,7 @@ from vsctrl.arrays import Complex
 from vsctrl.caching import Caching
 from vsctrl.checks import decimal, is_finite, quoted
 from vsctrl.diagram.description.blocks import Block
-from vsctrl.diagram.description.wiring import is_channel
+from vsctrl.diagram.description.wiring import Wiring, is_channel
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.numerics.graphs import reached
 from vsctrl.diagram.realisation.numeric import Numeric
@@ -186,6 +186,16 @@ class SampledSystem(Caching):
         ]
 
 
+def _ask_for_hold(diagram: Wiring, period: float) -> str:
+    """The question which signal the computer holds; blocks in a loop take the likely ones."""
+    fed = {name for block in diagram.blocks for name in block.inputs} - set(diagram.inputs)
+    names = [name for name in diagram.signals if name in fed] or list(diagram.signals)
+    return (
+        f"sampled: no signal is called 'T', so name the one that the computer holds between its "
+        f"samples, {' or '.join(map(repr, names))}: sampled({quoted(period)}, hold={names[0]!r})."
+    )
+
+
 def _check(system: Numeric, period: float, hold: str, digital: Mapping[str, str]) -> None:
     if not isinstance(period, int | float | np.number) or not is_finite(period) or period <= 0:
         raise InputError(
@@ -199,6 +209,8 @@ def _check(system: Numeric, period: float, hold: str, digital: Mapping[str, str]
         )
     diagram = system.diagram
     if not isinstance(hold, str) or hold not in diagram.signals:
+        if hold == "T":
+            raise InputError(_ask_for_hold(diagram, period))
         raise InputError(
             f"sampled: hold = {quoted(hold)} is no signal{nearest(hold, diagram.signals)}; "
             f"the diagram has {', '.join(diagram.signals)}."

@@ -12,6 +12,7 @@ import numpy as np
 from vsctrl.arrays import Array
 from vsctrl.caching import Caching
 from vsctrl.errors import InputError
+from vsctrl.keywords import keywords
 from vsctrl.loop.scenario_loop.diagram import digital_blocks, scenario_diagram, scenario_system
 from vsctrl.loop.scenario_loop.directions import Direction, directions
 from vsctrl.loop.scenario_loop.elements import Elements, elements
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from vsctrl.diagram.sampled.system import SampledSystem
     from vsctrl.diagram.system import System
     from vsctrl.servo import Scenario
+    from vsctrl.servo.scenario import GivenScenario
 
 
 DEFECTIVE = 1e7  #: condition of the eigenvectors from which on they are as good as dependent …
@@ -146,9 +148,11 @@ class ScenarioLoop(Caching):
         }
 
 
-def of(scenario: Scenario) -> ScenarioLoop:
+@keywords
+def of(scenario: GivenScenario) -> ScenarioLoop:
     """The loop of a scenario, with all that is linear in it, and what it leaves out.
 
+    The scenario may be given by the path of its TOML file.
     Latency where it acts, with any fraction of a frame, dead time and lagging axes of the robot,
     integral, Smith predictor or Kalman filter, preview, feed-forward; and everything that the law
     believes of camera, depths and hand, as the matrix M of six degrees of freedom, whose
@@ -157,9 +161,9 @@ def of(scenario: Scenario) -> ScenarioLoop:
     the start, so that there is no M.
     """
     from vsctrl.servo.diagnosis.linearised import pull_of_camera
-    from vsctrl.servo.scenario import require_scenario
+    from vsctrl.servo.scenario import as_scenario
 
-    require_scenario(scenario)
+    scenario = as_scenario(scenario)
     M = pull_of_camera(scenario)
     return ScenarioLoop(
         scenario, elements(scenario), M, directions(scenario, M), left_out(scenario)

@@ -1,9 +1,11 @@
 """Runs of a scenario with something changed: what would have been, had this been otherwise.
 
 A remedy is advised after it was tried. The simulator is handed in, so that it may ask this module
-about a run that failed.
+about a run that failed. Trials are short, and all of them together are bounded in frames and time,
+so that a run that fails costs seconds more than one that does not, however long it is.
 """
 
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -36,6 +38,9 @@ _NEAR = 1e-4 * np.array([0.5, -0.6, 0.4, 0.5, 0.6, -0.4])
 _NOTHING = 1e-9
 # Frames of a trial about the reference, the fewest and the most, and of any other one the most.
 _FEWEST, _ENOUGH, _MOST = 60, 400, 2000
+# All trials of a run together: frames, and seconds of the processor, which a law of many features
+# takes and no other one comes near.
+FRAMES, SECONDS = 20_000, 15.0
 # A camera that ends within this of its reference (shares of the depth and rad), or within a fifth
 # of where it began, has come to it.
 ARRIVED, SHARE = 0.02, 0.2
@@ -49,11 +54,26 @@ def lag_sizes(run: Frames) -> Array:
     return np.linalg.norm(run.lag / ([depth] * 3 + [1.0] * 3), axis=1)
 
 
+class TooManyError(Exception):
+    """All the trials that one run is worth were made."""
+
+
 class Trials:
-    """Variations of one scenario, simulated when they are asked for."""
+    """Variations of one scenario, simulated when they are asked for.
+
+    Whatever is asked for beyond FRAMES or SECONDS of them raises TooManyError.
+    """
 
     def __init__(self, scenario: Scenario, simulate: Callable[[Scenario], Frames]) -> None:
-        self.scenario, self._simulate = scenario, simulate
+        self.scenario, self._simulator = scenario, simulate
+        self._frames, self._until = FRAMES, time.process_time() + SECONDS
+
+    def _simulate(self, scenario: Scenario) -> Frames:
+        if self._frames < scenario.frames or time.process_time() > self._until:
+            raise TooManyError
+        run = self._simulator(scenario)
+        self._frames -= len(run.t)
+        return run
 
     def shakes(self, **changes: Any) -> bool:
         """Whether the loop by itself leaves a reference at rest near which it was released."""
@@ -95,7 +115,12 @@ class Trials:
         return bool(size[-max(1, len(size) // 10) :].max() < max(ARRIVED, SHARE * began))
 
     def helps(self, run: Frames, **changes: Any) -> bool:
-        """Whether the run with these changes ends clearly nearer to its reference than this one."""
+        """Whether the run with these changes ends clearly nearer to its reference than this one.
+
+        Of a run that is too long to be made again it is believed.
+        """
+        if self.scenario.frames > self._frames:
+            return True
         try:
             other = self._simulate(self.scenario.with_(**changes))
         except InputError:
@@ -105,9 +130,12 @@ class Trials:
         return bool(other.status.ok and there < BETTER * here)
 
     def lag_from_a_perfect_start(self) -> float | None:
-        """``lag_sizes`` at the end of the run without start.offset, None if it fails."""
+        """``lag_sizes`` at the end of the run without start.offset, None if it fails.
+
+        It decides whether the run is ok, and is made once whatever it costs.
+        """
         try:
-            run = self._simulate(self.scenario.with_(offset=(0.0,) * 6))
+            run = self._simulator(self.scenario.with_(offset=(0.0,) * 6))
         except InputError:
             return None
         return float(lag_sizes(run)[-1]) if run.status.ok else None

@@ -1,13 +1,14 @@
 """The status of a run, once its cause is known: what happened, why, and what helps."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from vsctrl.servo.diagnosis import causes
 from vsctrl.servo.diagnosis.rest import beside, far, rests, strays
-from vsctrl.servo.diagnosis.trials import Trials
+from vsctrl.servo.diagnosis.trials import TooManyError, Trials
 from vsctrl.servo.results.frames import Frames
 from vsctrl.servo.results.outcome import number
 from vsctrl.servo.results.status import POLICY, Status
@@ -29,12 +30,7 @@ def explained(
     with np.errstate(all="ignore"):
         if status.ok:
             return _ended(run, held, trials) if far(run) or strays(run) else status
-        cause = causes.of_the_loop(trials)
-        why = cause.why if cause else ""
-        if not why and status.kind != _OF_THE_ROBOT:
-            why = causes.of_the_task(trials, limited=_limited(run))
-        if not why and status.kind == "diverged" and not _limited(run):
-            why = causes.too_fast(run.scenario)
+        why = _why(run, trials)
     if not why:
         return status
     if not happened.endswith(":"):
@@ -42,15 +38,37 @@ def explained(
     return replace(status, sentence=f"{happened} {why}.")
 
 
+def _why(run: Frames, trials: Trials) -> str:
+    """The cause of a failure as the end of a sentence; empty where no trial told."""
+    status = run.status
+    try:
+        if cause := causes.of_the_loop(trials):
+            return cause.why
+        if status.kind != _OF_THE_ROBOT:
+            why = causes.of_the_task(trials, limited=_limited(run))
+            if not why and status.kind == "diverged" and not _limited(run):
+                why = causes.too_fast(run.scenario)
+            return why
+    except TooManyError:
+        pass
+    return ""
+
+
 def _ended(run: Frames, held: bool, trials: Trials) -> Status:
     """The status of a run whose last part was far from its reference."""
-    cause = causes.of_the_loop(trials)
-    if cause and (not cause.change or trials.helps(run, **cause.change)):
+    why = ""
+    try:
+        cause = causes.of_the_loop(trials)
+        helps = cause and (not cause.change or trials.helps(run, **cause.change))
+    except TooManyError:
+        cause = helps = None
+    if cause and helps:
         why = cause.why
     else:
         if not beside(run, held, trials):
             return run.status
-        why = _met(run) or causes.of_the_task(trials, limited=_limited(run))
+        with suppress(TooManyError):
+            why = _met(run) or causes.of_the_task(trials, limited=_limited(run))
     away = float(np.linalg.norm(run.pose[-1, :3, 3] - run.reference_pose[-1, :3, 3]))
     angle = float(np.linalg.norm(run.lag[-1, 3:]))
     where = f"{number(away)} m and {number(angle)} rad from its reference"

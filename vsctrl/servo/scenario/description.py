@@ -29,7 +29,7 @@ from vsctrl.servo.scenario.options import (
     RobotTable,
 )
 from vsctrl.servo.scenario.tables import Table
-from vsctrl.servo.scenario.types import Text
+from vsctrl.servo.scenario.types import Switch, Text
 
 
 class Description(Table):
@@ -37,6 +37,7 @@ class Description(Table):
 
     name: Text = Field("scenario", description="short name")
     description: Text = Field("", description="what it is for")
+    sure: Switch = Field(False, description="whether unusual values are meant so: asks no question")
     camera: CameraTable
     target: TargetTable
     start: StartTable
@@ -112,7 +113,7 @@ TABLES: dict[str, type[Table]] = {
     for name, field in Description.model_fields.items()
     if isinstance(field.annotation, type) and issubclass(field.annotation, Table)
 }
-# The table of every field, "" for those at the top.
+# The table of every field that a run or its name depends on, "" for those at the top.
 TABLE_OF = {"name": "", "description": ""} | {
     name: table for table, model in TABLES.items() for name in model.model_fields
 }

@@ -8,7 +8,8 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
-from vsctrl.problems import Problem
+from vsctrl.checks import is_number
+from vsctrl.problems import Problem, show
 from vsctrl.servo.control.law import Interaction
 from vsctrl.servo.features.feature_sets import MEASURES
 from vsctrl.servo.scenario import fields
@@ -31,6 +32,16 @@ from vsctrl.servo.timing import Placement
 
 Scheme = Literal["image", "pose"]
 Depth = Literal["true", "constant", "estimated"]
+
+
+def _no_distance(value: object) -> object:
+    if is_number(value):
+        raise ValueError(
+            f"{show(value)} is a number where a word belongs, true, constant or estimated; "
+            "how far the target is follows from start.position, a depth that the law has wrong is "
+            "law.depth_ratio"
+        )
+    return value
 
 
 class CameraTable(Table):
@@ -92,7 +103,7 @@ class LawTable(Table):
         description=f"of the image: {', '.join(MEASURES)}",
         json_schema_extra={"enum": list(MEASURES)},
     )
-    depth: Annotated[Depth, CHOICE] = Field(
+    depth: Annotated[Depth, CHOICE, BeforeValidator(_no_distance)] = Field(
         "true", description="in L: true, constant (that at the start) or estimated from motion"
     )
     lam_zero: MaybePositive = Field(

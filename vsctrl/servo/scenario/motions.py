@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from vsctrl.arrays import Array
+from vsctrl.errors import nearest
 from vsctrl.problems import Problem
 from vsctrl.servo.motion import trajectory
 from vsctrl.servo.motion.path import Ends, Path
@@ -30,6 +31,7 @@ from vsctrl.servo.scenario.types import (
     Times,
     Vector3,
 )
+from vsctrl.vocabulary import meant
 
 Frame = Literal["object", "start"]
 
@@ -52,12 +54,14 @@ class Motion(Table):
         return {key: value for key, value in dump(self).items() if value is not None}
 
     @classmethod
-    def stranger(cls, name: str) -> str:
+    def stranger(cls, name: str, value: object = None) -> str:
         """What to do with a key that this kind does not have, as the end of a sentence."""
         homes = [f'"{m.name()}"' for m in Motion.__subclasses__() if name in m.model_fields]
         if not homes:
-            return super().stranger(name)
-        return f'; a motion of kind "{cls.name()}" has no such key, only kind {" or ".join(homes)}'
+            return super().stranger(name, value)
+        own = nearest(name, cls.model_fields, value) if meant(name, cls.model_fields) else ""
+        kinds = " or ".join(homes)
+        return f'; a motion of kind "{cls.name()}" has no such key, only kind {kinds}{own}'
 
     @classmethod
     def name(cls) -> str:

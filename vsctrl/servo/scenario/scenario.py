@@ -6,18 +6,20 @@ that lists all problems. Checks of single values are in ``fields``, of the whole
 """
 
 import hashlib
+import inspect
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
 from vsctrl import files, toml
-from vsctrl.checks import require_kind
+from vsctrl.checks import quoted
 from vsctrl.errors import InputError
 from vsctrl.problems import FieldsError, Problem, remedy
 from vsctrl.servo.pose import exp
+from vsctrl.servo.scenario import overview, settings
 from vsctrl.servo.scenario.checks import (
     frame_problems,
     image_problems,
@@ -28,6 +30,8 @@ from vsctrl.servo.scenario.checks import (
 from vsctrl.servo.scenario.contradictions import contradictions
 from vsctrl.servo.scenario.description import COMMENTS, TABLE_OF, TABLES, Description, meanings
 from vsctrl.servo.scenario.links import KINDS, LinkedMotion
+from vsctrl.servo.scenario.plausibility import CERTAIN, asked, questions
+from vsctrl.tables import html
 
 
 class Scenario(Description):
@@ -46,6 +50,11 @@ class Scenario(Description):
             yield "motion", str(error).rstrip(".")
             return
         blamed = "motion.duration" if "duration" in type(self.motion).model_fields else "motion"
+        slips = [] if self.sure else [*questions(self, reference)]
+        if refusing := [(q.field, q.sentence + CERTAIN) for q in slips if q.refuses]:
+            # What else is wrong most likely comes from these.
+            yield from [*contradictions(self), *refusing]
+            return
         problems = [
             *contradictions(self),
             *frame_problems(reference.duration, self.vision.period, len(points), blamed),
@@ -59,6 +68,11 @@ class Scenario(Description):
         yield from problems
 
     @property
+    def doubts(self) -> tuple[str, ...]:
+        """Questions about what is unusual and stops nothing, each a sentence; none if ``sure``."""
+        return tuple(f"{question.field}: {question.sentence}" for question in asked(self))
+
+    @property
     def ideal(self) -> Self:
         """The same experiment as the theory of figure 1 has it: a perfect camera and robot.
 
@@ -69,6 +83,7 @@ class Scenario(Description):
         return type(self)(
             name=self.name,
             description=self.description,
+            sure=self.sure,
             camera={"Fx": self.camera.Fx, "Fy": self.camera.Fy},
             target={"points": self.target.points},
             start={
@@ -96,11 +111,24 @@ class Scenario(Description):
     def digest(self) -> str:
         """First 12 hex digits of the SHA-256 of the canonical JSON: same digits, same run.
 
-        Values at their defaults are left out, so that a new option leaves old digests alone.
+        Values at their defaults are left out, so that a new option leaves old digests alone, and
+        so is ``sure``, which changes no run.
         """
-        data = self.model_dump(mode="json", exclude_defaults=True)
+        data = self.model_dump(mode="json", exclude_defaults=True, exclude={"sure"})
         canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()[:12]
+
+    def __str__(self) -> str:
+        """Six lines: what it is, what moves, camera, law, vision, and what is beyond theory."""
+        return overview.text(self, self.beyond_theory, self.doubts)
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def _repr_html_(self) -> str:
+        (name, about), *rest = overview.rows(self, self.beyond_theory)
+        title = ": ".join(filter(None, (name, about)))
+        return html(rest, caption=title, remarks=self.doubts, labels=True, left=2)
 
     def with_(self, **changes: Any) -> Self:
         """The same experiment with some fields changed, by their own names: ``with_(lam=5)``.
@@ -109,19 +137,31 @@ class Scenario(Description):
         Raises InputError for an unknown name or a value that its field refuses.
         """
         data: dict[str, Any] = self.model_dump()
-        unknown = [name for name in changes if name not in TABLE_OF]
+        table_of = TABLE_OF | {"sure": ""}
+        unknown = [name for name in changes if name not in table_of]
         if unknown:
             raise FieldsError(
-                (name, f"no field of a scenario has this name{remedy(name, TABLE_OF)}")
+                (
+                    name,
+                    f"no field of a scenario has this name{remedy(name, table_of, changes[name])}",
+                )
                 for name in unknown
             )
         kind = KINDS.get(str(changes.get("kind", self.motion.kind)))
         if kind is not None:
             data["motion"] = {k: v for k, v in data["motion"].items() if k in kind.model_fields}
         for name, value in changes.items():
-            table = TABLE_OF[name]
+            table = table_of[name]
             (data[table] if table else data)[name] = value
         return type(self)(**data)
+
+    def with_text(self, changes: Mapping[str, str]) -> Self:
+        """The same experiment with fields changed by text: ``{"law.lam": "5", "V": "[0, 0, 0]"}``.
+
+        A value is written as in a file, a word without quotes too, and what may be left out is
+        ``none``. Raises InputError as ``with_``.
+        """
+        return self.with_(**settings.values(changes, self.motion.kind))
 
     @classmethod
     def from_toml(cls, text: str) -> Self:
@@ -152,13 +192,55 @@ class Scenario(Description):
         files.write(files.as_path("path", path), self.to_toml(), "scenario")
 
 
-def require_scenario(scenario: object) -> None:
-    """Raises InputError for what is no Scenario, such as the name of its file."""
-    remedy = "give a Scenario, as vs.Scenario.load(FILE) reads it and vs.paper.sliding() is one"
-    require_kind("scenario", scenario, Scenario, remedy)
+GivenScenario = Scenario | str | Path  #: a scenario, or the path of its TOML file
+
+
+def as_scenario(given: object) -> Scenario:
+    """The scenario that was given, or that is in the TOML file whose path was.
+
+    Raises InputError for a file that has none, and for what is neither, with what to give.
+    """
+    if isinstance(given, Scenario):
+        return given
+    if isinstance(given, str | Path):
+        try:
+            return Scenario.load(given)
+        except FieldsError as error:
+            raise FieldsError(error.problems, f"scenario: {given}") from None
+        except InputError as error:
+            raise InputError(f"scenario: {error}") from None
+    raise InputError(f"scenario: {_no_scenario(given)}.")
+
+
+def _no_scenario(given: object) -> str:
+    remedy = "give one, such as vs.paper.sliding(), or the path of its TOML file"
+    if isinstance(given, type) and issubclass(given, Scenario):
+        return f"{given.__name__} is the class, not an experiment; {remedy}"
+    if isinstance(given, Mapping):
+        return "a dict of tables is no Scenario yet; give vs.Scenario(**tables)"
+    if isinstance(getattr(given, "scenario", None), Scenario):
+        return f"a {type(given).__name__} is no Scenario; give its own, as run.scenario"
+    name = getattr(given, "__name__", "")
+    if name and callable(given):
+        return f"{name} is no Scenario; if it makes one, call it: {name}()"
+    return f"{quoted(given)} is no Scenario; {remedy}"
+
+
+_SUMMARY = inspect.cleandoc(Scenario.__doc__ or "")
+Scenario.__doc__ = f"""{_SUMMARY}
+
+The tables of a file, their keys with what they are where left out, meaning and unit:
+{overview.manual()}
+"""
+Scenario.with_.__doc__ = f"""{inspect.cleandoc(Scenario.with_.__doc__ or "")}
+
+The names, by table:
+{overview.keys()}
+"""
 
 
 def schema() -> str:
     """JSON Schema of a scenario file, for editors that complete and check TOML or JSON."""
-    dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    return json.dumps(dialect | Scenario.model_json_schema(), indent=2, ensure_ascii=False) + "\n"
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    found = head | Scenario.model_json_schema() | {"description": _SUMMARY}
+    return json.dumps(found, indent=2, ensure_ascii=False) + "\n"

@@ -9,8 +9,9 @@ from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, nearest
 from vsctrl.problems import FieldsError, Problem, remedy, show
+from vsctrl.vocabulary import meant
 
 
 class Table(BaseModel):
@@ -41,10 +42,16 @@ class Table(BaseModel):
         )
 
     @classmethod
-    def stranger(cls, name: str) -> str:
+    def stranger(cls, name: str, value: object = None) -> str:
         """What to do with a key that this table does not have, as the end of a sentence."""
-        home = next((table.heading for table in _below(Table) if name in table.model_fields), "")
-        return f"; it belongs into [{home}]" if home else remedy(name, cls.model_fields)
+        if home := next((t.heading for t in _below(Table) if name in t.model_fields), ""):
+            return f"; it belongs into [{home}]"
+        if not meant(name, cls.model_fields):
+            for table in _below(Table):
+                if meant(name, table.model_fields):
+                    hint = nearest(name, table.model_fields, value).removesuffix("?)")
+                    return f"{hint} in [{table.heading}]?)"
+        return remedy(name, cls.model_fields, value)
 
 
 def _below(table: type[Table]) -> Iterator[type[Table]]:
@@ -59,7 +66,12 @@ def _problems(model: type[Table], error: ValidationError) -> list[Problem]:
     """pydantic's findings about one table as (dotted field, sentence), all of them."""
     known = model.model_fields
     out: list[Problem] = []
-    for refusal in error.errors(include_url=False):
+    refusals = error.errors(include_url=False)
+    extra = {str(r["loc"][0]) for r in refusals if r["type"] == "extra_forbidden"}
+    by_another_name = {
+        name for found in (meant(word, known) for word in extra) if found for name in found.names
+    }
+    for refusal in refusals:
         field = ".".join(str(part) for part in refusal["loc"])
         cause = refusal.get("ctx", {}).get("error")
         meaning = known[field].description if field in known else None
@@ -67,12 +79,14 @@ def _problems(model: type[Table], error: ValidationError) -> list[Problem]:
         if isinstance(cause, FieldsError):
             out += [(".".join(filter(None, (field, name))), text) for name, text in cause.problems]
         elif refusal["type"] == "missing":
+            if field in by_another_name:
+                continue  # a word that means it was given, and that is one slip
             # Whatever has no meaning of its own is a table.
             kind = "a value" if meaning else f"a table [{field}]"
             out.append((field, f"missing; give it {kind}{about}"))
         elif refusal["type"] == "extra_forbidden":
-            value = show(refusal["input"])
-            out.append((field, f"unknown key with value {value}{model.stranger(field)}"))
+            value, hint = refusal["input"], model.stranger(field, refusal["input"])
+            out.append((field, f"unknown key with value {show(value)}{hint}"))
         elif refusal["type"] == "literal_error":
             out.append((field, f"{show(refusal['input'])} is not {refusal['ctx']['expected']}"))
         elif cause is not None:

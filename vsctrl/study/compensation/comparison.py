@@ -18,9 +18,10 @@ from vsctrl import checks as check
 from vsctrl import loop, timing
 from vsctrl.diagram import Ramp
 from vsctrl.errors import InputError
+from vsctrl.keywords import keywords
 from vsctrl.servo import Scenario
 from vsctrl.servo.camera.camera import Camera
-from vsctrl.servo.scenario import require_scenario
+from vsctrl.servo.scenario import GivenScenario, as_scenario
 from vsctrl.study import modes, runs
 from vsctrl.study.compensation.compensators import Remedy, remedies
 from vsctrl.study.compensation.results import Remedies, SteadyError, Treated
@@ -46,8 +47,9 @@ ALTERNATES = 1e-6  #: how near a root is to z = −1 that alternates from frame 
 ALTERNATING = "sampled it alternates from frame to frame, which continuous time does not know"
 
 
+@keywords
 def compare_remedies(
-    scenario: Scenario,
+    scenario: GivenScenario,
     mismatch: float | None = None,
     *,
     T_i: float | None = None,
@@ -67,7 +69,7 @@ def compare_remedies(
     is no number above 0 or a mismatch of over 100 video periods, where the law cannot tell all
     motions apart at the start, and where no remedy is stable.
     """
-    require_scenario(scenario)
+    scenario = as_scenario(scenario)
     wrong = _mismatch(scenario, mismatch)
     if T_i is not None:
         loop.pi_gain_limit(scenario.vision.latency, T_i)  # refuses what is no time

@@ -16,7 +16,7 @@ from vsctrl.errors import InputError
 from vsctrl.loop import ScenarioLoop
 from vsctrl.servo import Run, Scenario, simulate
 from vsctrl.servo.results.outcome import Outcome, outcome
-from vsctrl.servo.scenario import require_scenario
+from vsctrl.servo.scenario import as_scenario
 from vsctrl.study.examination.advice import Advice, advice
 from vsctrl.study.examination.motion import LAST, LastPart, last_part
 from vsctrl.study.examination.positioning import Positioning, positioning
@@ -110,7 +110,7 @@ def examination(
     Errors: `InputError` for what is no scenario, and for a screw without any twist, which is more
     likely a slip of the pen than a wish to hold.
     """
-    require_scenario(scenario)
+    scenario = as_scenario(scenario)
     T = scenario.constant_twist
     if scenario.motion.kind == "screw" and T is not None and not T.any():
         raise InputError(

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from vsctrl import loop
 from vsctrl.arrays import Array
+from vsctrl.keywords import keywords
 from vsctrl.servo import Scenario
-from vsctrl.servo.scenario import require_scenario
+from vsctrl.servo.scenario import GivenScenario, as_scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured
 from vsctrl.study.modes import (
     characteristic,
@@ -47,7 +48,8 @@ class DecayModes(Experiment):
     form: ClassVar[str] = "+.5f"
 
 
-def decay_modes(scenario: Scenario, gains: tuple[float, ...] | None = None) -> DecayModes:
+@keywords
+def decay_modes(scenario: GivenScenario, gains: tuple[float, ...] | None = None) -> DecayModes:
     """The dominant mode of a small offset at several gains λ (s⁻¹), in the simulator.
 
     `gains`: by default the scenario's own if it is stable, the fastest without oscillation (a
@@ -57,7 +59,7 @@ def decay_modes(scenario: Scenario, gains: tuple[float, ...] | None = None) -> D
     frame or two have no rate, and no row. Agreement is asked with the sampled mode.
     Errors: `InputError` where the latency is no whole number of frames, or a gain not above 0.
     """
-    require_scenario(scenario)
+    scenario = as_scenario(scenario)
     period, latency_s = scenario.vision.period, scenario.vision.latency
     latency(scenario)
     if gains is None:

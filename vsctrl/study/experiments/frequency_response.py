@@ -19,8 +19,9 @@ from numpy.typing import ArrayLike
 from vsctrl import loop, timing
 from vsctrl.arrays import Complex
 from vsctrl.errors import InputError
+from vsctrl.keywords import keywords
 from vsctrl.servo import Scenario
-from vsctrl.servo.scenario import require_scenario
+from vsctrl.servo.scenario import GivenScenario, as_scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured, Value
 from vsctrl.study.modes import nearest_depth, sideways_ratio
 from vsctrl.study.runs import run, settling
@@ -65,7 +66,8 @@ class SineResponse(Experiment):
         return np.array([of(float(w)) for w in np.ravel(omega)]).reshape(np.shape(omega))
 
 
-def sine_response(scenario: Scenario, omega: ArrayLike | None = None) -> SineResponse:
+@keywords
+def sine_response(scenario: GivenScenario, omega: ArrayLike | None = None) -> SineResponse:
     """Amplitude and phase of the error of a sideways sine, with and without feed-forward.
 
     κTₛ(λ z^{−d·[aligned]} + k_ff jω)/(z − 1 + κλTₛ z^{−d}) − 1 at z = e^{jωTₛ}, with the scenario's
@@ -73,7 +75,7 @@ def sine_response(scenario: Scenario, omega: ArrayLike | None = None) -> SineRes
     tenths of it. Errors: `InputError` for other frequencies, where the loop is unstable as
     sampled, or the latency is no whole number of frames.
     """
-    require_scenario(scenario)
+    scenario = as_scenario(scenario)
     top = math.pi / scenario.vision.period
     if omega is None:
         low = min(LOWEST * scenario.law.lam, LOWEST * top)

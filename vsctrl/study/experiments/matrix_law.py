@@ -19,8 +19,9 @@ import numpy as np
 
 from vsctrl import loop
 from vsctrl.arrays import Array
+from vsctrl.keywords import keywords
 from vsctrl.servo import Scenario
-from vsctrl.servo.scenario import require_scenario
+from vsctrl.servo.scenario import GivenScenario, as_scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured
 from vsctrl.study.modes import calibration, scales
 from vsctrl.study.runs import run, settling
@@ -88,8 +89,9 @@ class MatrixLaw(Experiment):
     scale: ClassVar[float] = 1e3
 
 
+@keywords
 def matrix_law(
-    scenario: Scenario, depth_ratio: float | None = None, focal_ratio: float | None = None
+    scenario: GivenScenario, depth_ratio: float | None = None, focal_ratio: float | None = None
 ) -> MatrixLaw:
     """The steady lag of five motions with every placement, with and without feed-forward.
 
@@ -101,7 +103,7 @@ def matrix_law(
     Errors: `InputError` where the loop is unstable as sampled, the latency is no whole number of
     frames, a ratio is not above 0, or a motion at this start would lose the target.
     """
-    require_scenario(scenario)
+    scenario = as_scenario(scenario)
     ratio = _other_than_1(depth_ratio, scenario.law.depth_ratio, DEPTH_RATIO)
     phi = _other_than_1(focal_ratio, scenario.calibration.focal_ratio, FOCAL_RATIO)
     own = scenario.law.placement

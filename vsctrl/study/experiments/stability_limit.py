@@ -17,8 +17,9 @@ from scipy.optimize import brentq
 from vsctrl import loop
 from vsctrl.arrays import Array
 from vsctrl.errors import InputError
+from vsctrl.keywords import keywords
 from vsctrl.servo import Scenario
-from vsctrl.servo.scenario import require_scenario
+from vsctrl.servo.scenario import GivenScenario, as_scenario
 from vsctrl.study.experiments.experiment import Experiment, Measured
 from vsctrl.study.modes import eigen_directions, eigenvalues, gain_limit, scales
 from vsctrl.study.runs import latency, released
@@ -44,8 +45,9 @@ class StabilityEdge(Experiment):
     form: ClassVar[str] = ".6f"
 
 
+@keywords
 def stability_edge(
-    scenario: Scenario,
+    scenario: GivenScenario,
     frames: tuple[int, ...] = (0, 1, 2, 3),
     depth_ratios: tuple[float, ...] = DEPTH_RATIOS,
 ) -> StabilityEdge:
@@ -57,7 +59,7 @@ def stability_edge(
     Agreement is asked with the sampled limit; the continuous one is shown beside it.
     Errors: `InputError` where a latency is no whole number of frames, or a ratio not above 0.
     """
-    require_scenario(scenario)
+    scenario = as_scenario(scenario)
     own = latency(scenario)
     for d in frames:
         if isinstance(d, bool) or not isinstance(d, int) or d < 0:

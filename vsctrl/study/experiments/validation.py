@@ -8,8 +8,9 @@ from typing import Any, TypeVar
 
 from vsctrl import tables
 from vsctrl.errors import InputError
+from vsctrl.keywords import keywords
 from vsctrl.servo import Scenario
-from vsctrl.servo.scenario import require_scenario
+from vsctrl.servo.scenario import GivenScenario, as_scenario
 from vsctrl.study.experiments.dominant_mode import DecayModes, decay_modes
 from vsctrl.study.experiments.frequency_response import SineResponse, sine_response
 from vsctrl.study.experiments.matrix_law import MatrixLaw, matrix_law
@@ -65,8 +66,9 @@ class Validation(tables.Tables):
         return [*missing, verdict]
 
 
+@keywords
 def validate_all(
-    scenario: Scenario, progress: Callable[[str], None] = lambda step: None
+    scenario: GivenScenario, progress: Callable[[str], None] = lambda step: None
 ) -> Validation:
     """The ramp, the stability limit, decay, the matrix law and a Bode plot, theory and simulation.
 
@@ -77,7 +79,7 @@ def validate_all(
     Errors: `InputError` where the latency is no whole number of frames, or the target does not tell
     all motions apart.
     """
-    require_scenario(scenario)
+    scenario = as_scenario(scenario)
     left_out: dict[str, str] = {}
 
     def attempt(name: str, make: Callable[[Scenario], P]) -> P | None:

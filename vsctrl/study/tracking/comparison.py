@@ -19,9 +19,10 @@ from functools import partial
 from typing import Any, TypeVar
 
 from vsctrl.errors import InputError
+from vsctrl.keywords import keywords
 from vsctrl.servo import Scenario
 from vsctrl.servo.motion.trajectory import Oscillation
-from vsctrl.servo.scenario import require_scenario
+from vsctrl.servo.scenario import GivenScenario, as_scenario
 from vsctrl.study.tracking.cases import cases, is_sideways
 from vsctrl.study.tracking.lag_history import History, Missing, history, missing
 from vsctrl.study.tracking.sine_error import Wave, polar, wave
@@ -225,7 +226,8 @@ def _allowances(rows: Sequence[Wave] | Sequence[History]) -> tuple[str, ...]:
     return tuple(out)
 
 
-def validate(scenario: Scenario) -> Comparison:
+@keywords
+def validate(scenario: GivenScenario) -> Comparison:
     """Predict and simulate the lag of a scenario, with its options switched on and off.
 
     Cases: feed-forward off and on (1 where the scenario has none), latency 0 and the scenario's,
@@ -240,7 +242,7 @@ def validate(scenario: Scenario) -> Comparison:
     velocity held over a frame.
     Errors: `InputError` where the reference has no translation.
     """
-    require_scenario(scenario)
+    scenario = as_scenario(scenario)
     every = cases(scenario)
     reference = scenario.reference
     _check_translates(scenario)
