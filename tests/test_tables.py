@@ -2,12 +2,14 @@
 
 import json
 import math
+from dataclasses import dataclass
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
 import vsctrl as vs
+from vsctrl import tables
 from vsctrl.tables import Printed, Tables, finite, fitting, html, paragraphs, plain, text
 
 
@@ -126,3 +128,43 @@ def test_formulas_and_limits_of_a_motion_give_theirs():
 def strict(data):
     """What a reader of the JSON gets, in which neither infinity nor NaN can stand."""
     return json.loads(json.dumps(data, allow_nan=False))
+
+
+def test_lines_show_themselves_in_a_terminal_in_a_notebook_and_at_a_prompt():
+    """The same rows everywhere; `repr` is left to the dataclass."""
+
+    @dataclass(frozen=True)
+    class Two(tables.Lines):
+        a: float
+
+        def _lines(self):
+            return {"long name": f"{self.a:g} <", "b": "2"}
+
+        def _sentences(self):
+            return ["It is so."]
+
+    class Printer:
+        def text(self, text):
+            self.shown = text
+
+    two, printer = Two(1.0), Printer()
+    assert str(two) == "long name  1 <\nb          2\nIt is so."
+    two._repr_pretty_(printer, False)
+    assert printer.shown == str(two)
+    assert "<th>long name</th><td>1 &lt;</td>" in two._repr_html_()
+    assert "<p>It is so.</p>" in two._repr_html_()
+    assert repr(two).endswith("Two(a=1.0)")
+
+
+def test_roots_angles_and_limits_in_words():
+    inf = float("inf")
+    assert tables.roots_listed([-1e-17 - 1e-17j]) == "0 rad/s"
+    assert tables.roots_listed([2 - 3j, 2 + 3j, 1e-15 + 0j, -1]) == "2 ± 3j, 0, -1 rad/s"
+    assert tables.roots_listed([]) == "none"
+    assert tables.listed([*"abcdefgh"], 3) == "a, b, c, … (8 in all)"
+    assert (tables.angle(inf), tables.limit(inf, "s"), tables.limit(2.5, "s")) == (
+        "no limit",
+        "no limit",
+        "2.5 s",
+    )
+    assert tables.angle(0.5) == "28.65° (0.5 rad)"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from html import escape
 from typing import Any, Protocol
@@ -19,6 +19,9 @@ Row = Sequence[str]
 # that a reader could see, and a terminal obeys some.
 _UNSEEN = re.compile("[^\t\n\r -~\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _LEFT, _TOP = " style='text-align:left'", " style='vertical-align:top'"
+
+
+ROUNDING = 1e-12  #: of the largest root, below which a part of one is shown as 0
 
 
 class Printed:
@@ -38,6 +41,64 @@ class Numbers:
     def data(self) -> dict[str, Any]:
         """Its fields as JSON takes them, null for infinity; the units are those of the fields."""
         return {each.name: plain(getattr(self, each.name)) for each in fields(self)}  # type: ignore[arg-type]
+
+
+class Lines(ABC):
+    """What shows itself as lines of a name and a text, with sentences below; its `repr` stays."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def _lines(self) -> Mapping[str, str]:
+        """Name → text, in their order."""
+
+    def _sentences(self) -> Iterable[str]:
+        return ()
+
+    def __str__(self) -> str:
+        rows = list(self._lines().items())
+        return "\n".join([text(rows, fitting(rows, "<<")), *self._sentences()])
+
+    def _repr_pretty_(self, printer: Any, cycle: bool) -> None:
+        printer.text(str(self))
+
+    def _repr_html_(self) -> str:
+        return html(self._lines().items(), labels=True, remarks=self._sentences())
+
+
+def limit(value: float, unit: str = "", form: str = ".4g") -> str:
+    """A number with its unit, "no limit" for infinity."""
+    if math.isinf(value):
+        return "no limit" if value > 0 else "no limit below"
+    return f"{value:{form}}{f' {unit}' if unit else ''}"
+
+
+def angle(radians: float) -> str:
+    """An angle in degrees and rad, "no limit" for infinity."""
+    if math.isinf(radians):
+        return "no limit"
+    return f"{math.degrees(radians):.4g}° ({radians:.4g} rad)"
+
+
+def listed(entries: Sequence[str], most: int = 6) -> str:
+    """Entries on one line, at most so many of them, and then how many there are in all."""
+    if not entries:
+        return "none"
+    more = f", … ({len(entries)} in all)" if len(entries) > most else ""
+    return ", ".join(entries[:most]) + more
+
+
+def roots_listed(roots: Iterable[complex], unit: str = "rad/s") -> str:
+    """Roots on one line, each pair once, parts that are but rounding as 0."""
+    every = list(roots)
+    least = ROUNDING * max((abs(root) for root in every), default=0.0)
+    least = least if least > ROUNDING**2 else 1.0  # of nothing but roots at 0
+    shown = []
+    for root in every:
+        real, imag = (0.0 if abs(part) <= least else part for part in (root.real, root.imag))
+        if imag >= 0:
+            shown.append(f"{real:.4g} ± {imag:.4g}j" if imag else f"{real:.4g}")
+    return f"{listed(shown)}{f' {unit}' if shown and unit else ''}"
 
 
 class Shown(Protocol):

@@ -151,3 +151,14 @@ def test_a_gain_follows_a_sine_of_many_turns(omega):
     lag = 2 * (omega * np.exp(-t) - omega * np.cos(omega * t) + u) / (1 + omega**2)
     found = answer(alone((s + 3) / (s + 1)), t, Sine(omega))
     np.testing.assert_allclose(found, u + lag, atol=1e-10)
+
+
+@pytest.mark.parametrize("late", [1, 7, 300])
+def test_what_arrives_when_all_else_has_long_been_at_rest_is_resolved(late):
+    """1 − e^{−100(t − τ)} behind a dead time of hundreds of time constants."""
+    parts = [Block("late lag", sp.exp(-late * s) / (s / 100 + 1), "u -> y")]
+    H = Diagram(parts, inputs=["u"], outputs=["y"]).at()["u", "y"]
+    since = np.array([0.001, 0.005, 0.02, 0.05, 0.5])
+    y = H.response(Step(), late + since).outputs
+    # The times themselves are rounded by ε τ, which is 100 ε τ of y.
+    assert y == pytest.approx(1 - np.exp(-100 * since), rel=1e-10)

@@ -13,27 +13,60 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vsctrl.arrays import Array, Complex
-from vsctrl.checks import frequencies, quoted
+from vsctrl.checks import frequencies, is_whole, number, quoted, unusable
 from vsctrl.checks import side as side_of
+from vsctrl.diagram.frequency import at_zero
+from vsctrl.diagram.frequency import phase as phases
+from vsctrl.diagram.frequency.disk_margin import DiskMargin, disk_margin
 from vsctrl.diagram.frequency.loop_margins import loop_margins
 from vsctrl.diagram.frequency.margins import Margins
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
+from vsctrl.diagram.frequency.phase import MOST_FREQUENCIES
 from vsctrl.diagram.pade import order as pade_order
-from vsctrl.diagram.roots import rightmost
+from vsctrl.diagram.performance.integral_errors import (
+    IntegralErrors,
+    integral_errors,
+    total_variation,
+)
+from vsctrl.diagram.performance.norms import PeakGain, norm, peak_gain
+from vsctrl.diagram.performance.step_info import StepInfo, step_info
+from vsctrl.diagram.roots import rightmost, zeros
+from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.signals.signal import Signal
+from vsctrl.diagram.summary import asked, formula
+from vsctrl.diagram.symbolic.quasi_polynomial import QuasiPolynomial, sides
 from vsctrl.diagram.time import from_history
-from vsctrl.diagram.time.response import check_signal, checked_times, from_rest
+from vsctrl.diagram.time.response import (
+    check_signal,
+    checked_times,
+    from_rest,
+    impulse_response,
+)
 from vsctrl.errors import InputError, nearest
 from vsctrl.symbols import Expr
+from vsctrl.tables import Lines, roots_listed
 
 if TYPE_CHECKING:
     import control
 
     from vsctrl.diagram.pade.model import PadeModel
 
+STEP = Step()
 
-class Channel(NumericChannel):
+
+class Channel(Lines, NumericChannel):
     """A transfer function between two signals of a `System`, `sign` included."""
+
+    letter = "H(s)"  #: what it is called where it is shown
+
+    def _lines(self) -> dict[str, str]:
+        return {
+            "channel": self.label,
+            self.letter: formula(lambda: self.expr),
+            "gain at rest": asked(lambda: f"{self.dc_gain:.5g}"),
+            "rightmost poles": asked(lambda: roots_listed(self.poles(4).tolist())),
+            "rightmost zeros": asked(lambda: roots_listed(self.zeros(4).tolist())),
+        }
 
     @property
     def expr(self) -> Expr:
@@ -43,6 +76,9 @@ class Channel(NumericChannel):
     def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
         """The exact response at ω (rad/s), for python-control's plots.
 
+        Those unwrap the phase from value to value, which is only right where it turns by less than
+        half a turn between two: behind a delay ask for it at `frequency_grid(low, high)`, or take
+        `phase`, which needs no unwrapping.
         Errors: `InputError` where omega is no list of finite frequencies.
         """
         import control
@@ -50,6 +86,47 @@ class Channel(NumericChannel):
         w = frequencies("frequency_response: omega", omega)
         names = {"inputs": self.source, "outputs": self.target, "name": self.label}
         return control.FrequencyResponseData(self(1j * w), w, smooth=False, **names)
+
+    def phase(self, omega: ArrayLike) -> Array:
+        """arg H(jω) in rad as a continuous function of ω ≥ 0 (rad/s), (len(omega),).
+
+        H = e^{−2s}/(s + 1) has −201.56 rad, −11549°, at 100 rad/s. As ω → 0, H → K sⁿ has n π/2,
+        and π less for a negative K. Nothing is unwrapped from a grid: between two frequencies the
+        turns of numerator and denominator are followed in steps that are certain. A zero on the
+        imaginary axis adds π, a pole takes π away; on it the phase is half way.
+        Errors: `InputError` for frequencies that are negative or not finite, and of a channel that
+        is 0 throughout; `LimitError` where it turns too often to follow.
+        """
+        return phases.phase(self, _positive("phase: omega", omega, least=0.0))
+
+    def group_delay(self, omega: ArrayLike) -> Array:
+        """−d arg H(jω)/dω in s at ω ≥ 0 (rad/s), (len(omega),); infinite on a zero or a pole.
+
+        −Re H′(s)/H(s) at s = jω, of numerator and denominator as they are, delays exact.
+        Errors: `InputError` for frequencies that are negative or not finite.
+        """
+        return phases.group_delay(self, _positive("group_delay: omega", omega, least=0.0))
+
+    def frequency_grid(self, low: float, high: float, number: int = 200) -> Array:
+        """Frequencies (rad/s) from low to high on which the phase can be unwrapped.
+
+        `number` of them at even steps of log ω, and more between, so that the phase turns by less
+        than π/2 from each to the next (but for the jumps by π at zeros and poles on the axis).
+        Errors: `InputError` for what is no band; `LimitError` where it would take more than 200000.
+        """
+        ends = _positive("frequency_grid: (low, high)", [low, high])
+        if not ends[0] < ends[1] or not is_whole(number) or not 2 <= number <= MOST_FREQUENCIES:
+            raise InputError(
+                f"frequency_grid: low = {quoted(low)}, high = {quoted(high)}, number = "
+                f"{quoted(number)} is no grid; give 0 < low < high in rad/s, and a number from 2 "
+                f"to {MOST_FREQUENCIES}."
+            )
+        return phases.frequency_grid(self, float(ends[0]), float(ends[1]), int(number))
+
+    @property
+    def dc_gain(self) -> float:
+        """lim H(s) as s → 0 from above: the gain at ω = 0, ±∞ with a pole there; exact."""
+        return at_zero.dc_gain(self)
 
     @property
     def label(self) -> str:
@@ -97,13 +174,105 @@ class Channel(NumericChannel):
             times, self.sign * y.T, inputs=u[None, :], issiso=True, **labels
         )
 
+    def impulse(self, t: ArrayLike, side: str = "right") -> control.TimeResponseData:
+        """The response h(t) to a unit impulse at times t ≥ 0 (s), the inverse transform of H.
+
+        Delays are exact, and where h jumps the limit from `side` is given; its `inputs` are 0, as
+        no number stands for an impulse. Errors: `InputError` for what is no time, and of a channel
+        that lets some of its input through, at once or delayed, so that h holds impulses itself;
+        `LimitError` as `response`.
+        """
+        import control
+
+        side_of("impulse", side)
+        times = checked_times(t)
+        y = self.sign * impulse_response(self.system, self.source, self.target, times, side)
+        labels = {"input_labels": [self.source], "output_labels": [self.target]}
+        return control.TimeResponseData(
+            times, y.T, inputs=np.zeros((1, len(times))), issiso=True, **labels
+        )
+
+    def step_info(self, settling: float = 0.02, rise: tuple[float, float] = (0.1, 0.9)) -> StepInfo:
+        """Rise and settling time, overshoot, peak and dead time of the unit step response.
+
+        Extrema and crossings are those of the exact-delay solution itself, between any samples:
+        of figure 1 at x = κλτ = 1 the overshoot is 1/2 to rounding. `settling` is the half width of
+        the band round the final value, as a fraction of it; `rise` the two fractions of the final
+        value from the first time at one to the first time at the other. How far to look the
+        rightmost poles tell; of a channel that is not stable nothing settles, and a sentence says
+        so. See `StepInfo` for a response that ends at 0.
+        Errors: `InputError` for an improper channel, and fractions that are none; `LimitError`
+        where the response swings too often before it is at rest.
+        """
+        return step_info(self, settling, rise)
+
+    def integral_errors(self, signal: Signal = STEP, against: str | None = None) -> IntegralErrors:
+        """∫|e| dt, ∫e² dt, ∫t|e| dt and ∫e dt of the error to a signal, from rest, exactly.
+
+        `against` "input" is for set-point channels, e = input − output; "zero" for what should stay
+        at 0, as behind a disturbance, or for an error itself, e = −output. Without it H(0) decides:
+        "zero" where it is 0, else "input". ∫|e| is split where e changes its sign. Of a PI loop the
+        load disturbance gives IE = −T_I/K. Infinite, with a sentence, where e does not die out.
+        Errors: `InputError` for what is no signal, another `against`, and an improper channel;
+        `LimitError` as `step_info`. Source: Åström & Hägglund, Advanced PID Control (2006), 4.3.
+        """
+        check_signal(signal)
+        return integral_errors(self, signal, against)
+
+    def total_variation(self, signal: Signal = STEP) -> float:
+        """Σ |Δy| of the response to a signal from rest, y going up and down: what an actuator does.
+
+        ∫|y′| dt plus all jumps, in the units of y; infinite where y does not come to rest.
+        Errors: as `integral_errors`.
+        """
+        check_signal(signal)
+        return total_variation(self, signal)
+
+    def norm(self, p: int | str = 2) -> float:
+        """The H2 norm √(∫h² dt) = √(∫|H(jω)|² dω/2π), or with "inf" max |H(jω)|, delays exact.
+
+        Infinite of a channel that is not stable, and p = 2 of one that is not strictly proper.
+        Errors: `InputError` for another p and for an improper channel; `LimitError` as `step_info`.
+        """
+        return norm(self, p)
+
+    def peak_gain(self) -> PeakGain:
+        """(gain, frequency): the largest |H(jω)| and its ω (rad/s), stable or not.
+
+        Found on pieces of H between which no resonance of a pole lies hidden. The frequency is 0 or
+        infinite where the supremum is a limit there; the gain is, at a pole at 0.
+        Errors: `InputError` for an improper channel.
+        """
+        return peak_gain(self)
+
     def poles(self, n: int = 6) -> Complex:
-        """The n rightmost poles of this channel (rad/s), delays exact.
+        """The n rightmost poles of this channel (rad/s), delays exact; pairs are kept whole.
 
         Characteristic roots that the channel's input does not excite or its output does not show
         are left out. Errors: `InputError` and `LimitError` for n, as for `System.poles`.
         """
         return rightmost.poles(self.realisation, n)
+
+    def zeros(self, n: int = 6) -> Complex:
+        """The n rightmost zeros of this channel (rad/s), delays exact; pairs are kept whole.
+
+        Those are the roots of its numerator Σ c sᵏ e^{−sτ} that its denominator does not share, as
+        often as they are more than roots of that; fewer than n where there are no more, as of an
+        e^{−sτ} by itself. Errors: `InputError` and `LimitError` for n as for `System.poles`, and
+        where zeros lie ever further right, as those of 1 + s e^{−s}: ask `zeros_in` then.
+        """
+        return zeros.zeros(self._sides, n)
+
+    def zeros_in(self, re: tuple[float, float], im: tuple[float, float]) -> Complex:
+        """All zeros of this channel in a rectangle, (low, high) of Re s and of Im s, in rad/s.
+
+        Errors: as `System.roots_in`; `InputError` where chains of zeros run off to both sides.
+        """
+        return zeros.zeros_in(self._sides, re, im)
+
+    @property
+    def _sides(self) -> tuple[QuasiPolynomial, QuasiPolynomial]:
+        return sides(self.system.diagram.terms(self.source, self.target), self.system.blocks)
 
     def pade(
         self,
@@ -141,6 +310,8 @@ class Channel(NumericChannel):
 class OpenLoop(Channel):
     """L of a return difference 1 + L."""
 
+    letter = "L(s)"
+
     @property
     def label(self) -> str:
         """What plots are to call it."""
@@ -155,8 +326,28 @@ class OpenLoop(Channel):
         """
         return loop_margins(self)
 
+    def disk_margin(self, skew: float = 0.0) -> DiskMargin:
+        """How much gain and phase may change at once: the largest disk of factors f, L f stable.
+
+        α = 1/max |S + (σ − 1)/2| with S = 1/(1 + L) and f = (1 + (1 − σ)/2 δ)/(1 − (1 + σ)/2 δ),
+        |δ| < α, exact with delays. σ = `skew`: 0 is balanced, max |S − T|/2; 1 takes S, −1 takes T.
+        Errors: `InputError` for a skew that is no number and for a loop that is −1 at once;
+        `LimitError` as `margins`.
+        Source: Seiler, Packard & Gahinet, An introduction to disk margins (2020).
+        """
+        return disk_margin(self, number("disk_margin: skew", skew))
+
     def _pade_on(self, on: object, order: object, tol: object, band: object) -> PadeModel:
         if on != "margins":
             hint = nearest(on, ("response", "margins"))
             raise InputError(f"pade: on = {on!r} is unknown{hint}; give 'response' or 'margins'.")
         return pade_order.model_for(self, self.margins, order, tol, band)
+
+
+def _positive(name: str, omega: ArrayLike, least: float | None = None) -> Array:
+    """Frequencies (rad/s) above 0, or from `least` on."""
+    w = frequencies(name, omega)
+    if (w <= 0).any() if least is None else (w < least).any():
+        above = "above 0" if least is None else "of 0"
+        raise unusable(name, omega, f"frequencies {above} rad/s{' or more' * (least is not None)}")
+    return w

@@ -21,9 +21,11 @@ from vsctrl.diagram.consistency import crosscheck
 from vsctrl.diagram.description.wiring import is_channel
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.realisation.reduction import delays_in_loops
-from vsctrl.diagram.roots import argument_principle, box, newton, rightmost
+from vsctrl.diagram.roots import argument_principle, box, rectangle, rightmost
 from vsctrl.diagram.sampled.system import SampledSystem
+from vsctrl.diagram.summary import asked, system_lines
 from vsctrl.errors import InputError
+from vsctrl.tables import Lines, roots_listed
 
 if TYPE_CHECKING:
     import control
@@ -36,8 +38,17 @@ FARTHEST = 700.0
 
 
 @dataclass(frozen=True)
-class System(Numeric):
+class System(Lines, Numeric):
     """A diagram with a number for every parameter (SI units)."""
+
+    def _lines(self) -> dict[str, str]:
+        roots = asked(lambda: roots_listed(self.poles(4).tolist()))
+        return {**system_lines(self), "rightmost roots": roots}
+
+    def _repr_html_(self) -> str:
+        from vsctrl.diagram.picture.draw import svg
+
+        return svg(self.diagram) + super()._repr_html_()
 
     def __getitem__(self, channel: tuple[str, str]) -> Channel:
         """The channel from an input to any signal, ``system["S_ref", "S"]``."""
@@ -86,6 +97,7 @@ class System(Numeric):
     def poles(self, n: int = 6) -> Complex:
         """The n rightmost characteristic roots of the whole diagram (rad/s), delays exact.
 
+        Pairs are kept whole: where the nth would be split from its conjugate there is one more.
         Errors: `InputError` for an n that is no whole number of 0 or more; `LimitError` for more
         than can be worked out, which are about 2000 per delay in a loop.
         """
@@ -118,21 +130,9 @@ class System(Numeric):
         them uncertified. Errors: `InputError` for what is no rectangle, or reaches so far left that
         e^{−sτ} overflows; `LimitError` for one that holds more than 1000 roots.
         """
-        sides = []
-        for name, side in (("re", re), ("im", im)):
-            ends = reals(side)
-            if ends is None or ends.shape != (2,) or not ends[0] < ends[1]:
-                raise InputError(
-                    f"roots_in: {name} = {quoted(side)} is not usable; give (low, high) in rad/s."
-                )
-            sides.append((float(ends[0]), float(ends[1])))
-        delay_s = float(max(delays_in_loops(self.autonomous).delays, default=0))
-        if -sides[0][0] * delay_s > newton.FARTHEST:
-            raise InputError(
-                f"roots_in: re = {quoted(re)} reaches too far left for a delay of {delay_s:g} s; "
-                f"begin at {-newton.FARTHEST / delay_s:.4g} rad/s or more."
-            )
-        return box.roots_in(self.autonomous, sides[0], sides[1])
+        sides = rectangle.sides("roots_in", re, im)
+        rectangle.check_reach("roots_in", sides[0], self.autonomous)
+        return box.roots_in(self.autonomous, *sides)
 
     def root_locus(self, parameter: str, values: ArrayLike, n: int = 6) -> Complex:
         """The n rightmost roots (rad/s) at each value of a parameter, (len(values), n).

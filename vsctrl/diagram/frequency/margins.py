@@ -19,11 +19,11 @@ from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain, high_freq
 from vsctrl.diagram.frequency.peaks import bandwidth_of, fallen_from, highest_peak
 from vsctrl.diagram.frequency.piecewise import EDGE, Response
 from vsctrl.diagram.numerics.chebyshev import squared
-from vsctrl.tables import Numbers, html
+from vsctrl.tables import Lines, Numbers, angle, limit, listed
 
 
 @dataclass(frozen=True)
-class Margins(Numbers):
+class Margins(Lines, Numbers):
     """How far the loop of a return difference 1 + L is from instability, exactly.
 
     Frequencies in rad/s, phases in rad, delays in s; infinity where nothing limits. `gain` is the
@@ -64,19 +64,29 @@ class Margins(Numbers):
         )
         return f"{said}; hidden: {listed} rad/s"
 
-    def _repr_html_(self) -> str:
-        rows = {
+    def _lines(self) -> dict[str, str]:
+        gain = f"× {self.gain:.4g}" if math.isfinite(self.gain) else "no limit"
+        if self.gain_down:
+            gain += f", and down to × {self.gain_down:.4g}"
+        of_gain = [f"{w:.4g} rad/s: {math.degrees(at):.4g}°" for w, at in self.gain_crossings]
+        of_phase = [f"{w:.4g} rad/s: × {factor:.4g}" for w, factor in self.phase_crossings]
+        return {
             "closed loop": self._verdict,
-            "gain margin": f"{self.gain:.4g}",
-            "phase margin": f"{math.degrees(self.phase):.4g}°",
-            "delay margin": f"{self.delay:.4g} s",
-            "peak of S": f"{self.peak_sensitivity:.4g} at {self.peak_frequency:.4g} rad/s",
-            "peak of T": (
-                f"{self.peak_complementary:.4g} at {self.complementary_frequency:.4g} rad/s"
-            ),
-            "bandwidth": f"{self.bandwidth:.4g} rad/s",
+            "gain margin": gain,
+            "phase margin": angle(self.phase),
+            "delay margin": limit(self.delay, "s"),
+            "peak of S": _peak(self.peak_sensitivity, self.peak_frequency),
+            "peak of T": _peak(self.peak_complementary, self.complementary_frequency),
+            "bandwidth": limit(self.bandwidth, "rad/s"),
+            "|L| = 1 at": listed(of_gain),
+            "L < 0 at": listed(of_phase),
         }
-        return html(rows.items(), labels=True)
+
+
+def _peak(height: float, omega: float) -> str:
+    return (
+        f"{height:.4g} at {omega:.4g} rad/s" if math.isfinite(omega) else f"{height:.4g} at ω → ∞"
+    )
 
 
 def margins(

@@ -21,14 +21,14 @@ from vsctrl.diagram.roots.neutral import DifferenceOperator, perron
 from vsctrl.diagram.roots.rightmost import first, rightmost
 from vsctrl.diagram.roots.winding import MOST_SAMPLES, phase
 from vsctrl.errors import InputError, LimitError
-from vsctrl.tables import Numbers
+from vsctrl.tables import Lines, Numbers, roots_listed
 
 MOST_LISTED = 64  #: roots that are worked out one by one
 FURTHEST = 5_000  #: height, times the delays, of a rectangle that is searched by halving
 
 
 @dataclass(frozen=True)
-class RootsRight(Numbers):
+class RootsRight(Lines, Numbers):
     """The characteristic roots right of Re s = `sigma` (rad/s).
 
     `count` is that of the argument principle if `certified`, infinite for a chain of a neutral
@@ -43,6 +43,16 @@ class RootsRight(Numbers):
     #: No chain of roots tends to a line right of this (rad/s), and one to it where the delays have
     #: a common divisor that is not too small; −inf where there are no chains.
     chain: float = -math.inf
+
+    def _lines(self) -> dict[str, str]:
+        how = "" if self.certified else " found, not certified"
+        return {
+            f"roots right of {self.sigma:g} rad/s": f"{self.count:g}{how}",
+            "at": roots_listed(self.roots.tolist()),
+        }
+
+    def _sentences(self) -> list[str]:
+        return [self.sentence]
 
 
 def roots_right_of(system: DelaySystem, sigma: float = 0.0) -> RootsRight:

@@ -21,7 +21,7 @@ from vsctrl.diagram.roots.newton import polished
 from vsctrl.diagram.roots.rightmost import ordered
 from vsctrl.diagram.roots.winding import count_in
 from vsctrl.errors import LimitError
-from vsctrl.tables import Numbers
+from vsctrl.tables import Lines, Numbers, roots_listed
 
 Side = tuple[float, float]
 
@@ -32,7 +32,7 @@ CUTS = (0.5, 0.47, 0.54, 0.39)  #: where a rectangle may be cut, some of which m
 
 
 @dataclass(frozen=True)
-class RootsIn(Numbers):
+class RootsIn(Lines, Numbers):
     """The characteristic roots with re[0] < Re s < re[1], im[0] < Im s < im[1] (rad/s).
 
     `count` is that of the argument principle, or how many were found where it cannot be had;
@@ -46,6 +46,17 @@ class RootsIn(Numbers):
     count: int
     certified: bool
     sentence: str
+
+    def _lines(self) -> dict[str, str]:
+        (a, b), (c, d) = self.re, self.im
+        return {
+            "rectangle": f"{a:g} < Re s < {b:g}, {c:g} < Im s < {d:g} rad/s",
+            "roots": f"{self.count}{'' if self.certified else ' found, not certified'}",
+            "at": roots_listed(self.roots.tolist()),
+        }
+
+    def _sentences(self) -> list[str]:
+        return [self.sentence]
 
 
 class Found(NamedTuple):

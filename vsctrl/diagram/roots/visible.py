@@ -13,7 +13,7 @@ import numpy as np
 
 from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.realisation.delay_system import DelaySystem
-from vsctrl.diagram.roots.newton import EPS, rate_of
+from vsctrl.diagram.roots.newton import EPS, FARTHEST, rate_of
 
 SAFE = 50.0  #: times what rounding explains, below which a product of vectors is 0
 
@@ -27,7 +27,9 @@ def as_poles(system: DelaySystem, roots: Complex, every: Complex) -> Complex:
     out: list[complex] = []
     for root in distinct:
         times = int((roots == root).sum())
-        if times == 1:
+        if -root.real * float(system.tau.max(initial=0.0)) > FARTHEST:
+            order = times  # e^{−sτ} is too large for a double to judge it by
+        elif times == 1:
             order = int(_excited_and_shown(system, complex(root)))
         else:
             gap = float(np.abs(every - root)[every != root].min(initial=np.inf))

@@ -25,9 +25,11 @@ from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
 from vsctrl.diagram.sampled.hidden_poles import LaurentSeries, beside, of_loop, without
 from vsctrl.diagram.sampled.poles import Poles
 from vsctrl.diagram.signals.signal import Signal
+from vsctrl.diagram.summary import asked
 from vsctrl.diagram.symbolic import evaluation
 from vsctrl.diagram.time.response import check_signal
 from vsctrl.errors import InputError, LimitError
+from vsctrl.tables import Lines, roots_listed
 
 if TYPE_CHECKING:
     import control
@@ -57,7 +59,7 @@ class Twin(Protocol):
 
 
 @dataclass(frozen=True)
-class SampledChannel(Caching):
+class SampledChannel(Lines, Caching):
     """A transfer function in z between an input and the samples of a signal, `sign` included."""
 
     twin: Twin
@@ -67,6 +69,13 @@ class SampledChannel(Caching):
 
     def __post_init__(self) -> None:
         self.twin.system.diagram.check_channel(self.source, self.target)
+
+    def _lines(self) -> dict[str, str]:
+        return {
+            "sampled channel": f"{self.source} to {self.target}",
+            "period": f"{float(self.twin.period):g} s",
+            "largest poles in z": asked(lambda: roots_listed(self.poles(4).tolist(), "")),
+        }
 
     @cached_property
     def difference_equation(self) -> DifferenceEquation:

@@ -28,14 +28,16 @@ from vsctrl.diagram.sampled import cut, hidden_poles
 from vsctrl.diagram.sampled.channel import SampledChannel, SampledLoop
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
 from vsctrl.diagram.sampled.poles import Poles
+from vsctrl.diagram.summary import asked, system_lines
 from vsctrl.errors import ImproperError, InputError, nearest
+from vsctrl.tables import Lines, listed, roots_listed
 
 SHORTEST = 1e-12  #: the shortest period (s), and its inverse the longest
 MOST_PERIODS = 10**8  #: of the longest delay
 
 
 @dataclass(frozen=True)
-class SampledSystem(Caching):
+class SampledSystem(Lines, Caching):
     """A `System` whose signal `hold` is sampled at t = k·period and held, delays exact.
 
     What is held changes the answer. Here the loop is closed *after* the hold has been put into it:
@@ -60,6 +62,15 @@ class SampledSystem(Caching):
     def __post_init__(self) -> None:
         _check(self.system, self.period, self.hold, self.digital)
         self._of_the_loop(())
+
+    def _lines(self) -> dict[str, str]:
+        return {
+            **system_lines(self.system),
+            "sampled": f"every {float(self.period):g} s, {self.hold!r} held",
+            "in the computer": listed([f"{name}: {how}" for name, how in self.digital.items()]),
+            "largest poles in z": asked(lambda: roots_listed(self.poles(4).tolist(), "")),
+            "closed loop": asked(lambda: "stable" if self.is_stable else "not stable"),
+        }
 
     def __getitem__(self, channel: tuple[str, str]) -> SampledChannel:
         """The channel from an input to the samples of any signal, ``twin["S_ref", "S"]``."""

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from vsctrl.arrays import Array
-from vsctrl.checks import decimal, positive, quoted
+from vsctrl.checks import decimal, positive, quoted, reals
 from vsctrl.diagram.signals.elementary import Pulse, Ramp, Step
 from vsctrl.diagram.signals.signal import Part, Primitive, Signal, lag
 from vsctrl.errors import InputError
@@ -24,30 +24,48 @@ HOLDS = ("zero", "first")
 
 @dataclass(frozen=True)
 class Samples(Part):
-    """Samples every `period` seconds from t = 0, the last of them kept for ever.
+    """Samples every `period` seconds from t = 0, or at `times`, the last of them kept for ever.
 
     hold="zero": each value is held until the next; "first": straight lines from value to value.
+    ``Samples(values, times=t)`` serves recordings whose time stamps (s) are not evenly spaced; they
+    are kept as the decimals they print as, and before the first of them the signal is 0.
     Errors: `InputError` where there is no sample, or one is not finite, or the period is not
-    positive, or the hold is unknown.
+    positive, or times are negative, do not rise or are not as many; where not just one of period
+    and times is given; where the hold is unknown.
     """
 
     values: tuple[float, ...]
-    period: float
+    period: float | None = None
     hold: str = "zero"
+    times: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", _samples(self.values))
-        positive("Samples: period", self.period, "a finite number of seconds above 0")
+        if (self.period is None) == (self.times is None):
+            raise InputError(
+                "Samples: give either a period, Samples(values, 0.04), or the time of each value, "
+                "Samples(values, times=t)."
+            )
+        if self.times is None:
+            positive("Samples: period", self.period, "a finite number of seconds above 0")
+        else:
+            object.__setattr__(self, "times", _times(self.times, len(self.values)))
         if self.hold not in HOLDS:
             raise InputError(f"Samples: hold = {self.hold!r} is unknown; give 'zero' or 'first'.")
 
     def __repr__(self) -> str:
-        return f"Samples({len(self.values)} values, period={self.period!r}, hold={self.hold!r})"
+        when = f"period={self.period!r}"
+        if self.times is not None:
+            when = f"times={self.times[0]!r} … {self.times[-1]!r}"
+        return f"Samples({len(self.values)} values, {when}, hold={self.hold!r})"
 
     @property
-    def spacing(self) -> Fraction:
-        """The period as the decimal it prints as."""
-        return decimal("period", self.period)
+    def starts(self) -> list[Fraction]:
+        """The time of each value (s), as the decimal it prints as."""
+        if self.times is not None:
+            return [decimal("times", t) for t in self.times]
+        spacing = decimal("period", self.period)
+        return [k * spacing for k in range(len(self.values))]
 
     @property
     def changes(self) -> list[tuple[Fraction, Primitive]]:
@@ -58,19 +76,24 @@ class Samples(Part):
         if self.hold == "zero":
             sizes, kind = np.diff(v, prepend=0.0), Step
         else:
-            slopes = np.append(np.diff(v) / self.period, 0.0)
-            sizes, kind = np.diff(slopes, prepend=0.0), Ramp
-            changes = [(Fraction(0), Step(float(v[0])))] if v[0] else []
-        spacing = self.spacing
-        return changes + [(int(k) * spacing, kind(float(sizes[k]))) for k in np.flatnonzero(sizes)]
+            sizes, kind = np.diff(self._slopes, prepend=0.0), Ramp
+            changes = [(self.starts[0], Step(float(v[0])))] if v[0] else []
+        starts = self.starts
+        return changes + [(starts[k], kind(float(sizes[k]))) for k in np.flatnonzero(sizes)]
+
+    @property
+    def _slopes(self) -> Array:
+        """Those of the straight lines (1/s), the last being 0."""
+        widths = self.period if self.times is None else np.diff(self.times)
+        return np.append(np.diff(self.values) / widths, 0.0)
 
     @property
     def train(self) -> tuple[Signal, Array, Signal]:
-        """(unit, weights, rest): the signal is Σ weights[k] · unit(t − k·period) + rest."""
-        T, v, n = self.spacing, np.array(self.values), len(self.values)
+        """(unit, weights, rest): with a period it is Σ weights[k] · unit(t − k·period) + rest."""
+        T, v, n = decimal("period", self.period), np.array(self.values), len(self.values)
         up = 1 / float(T)
         if self.hold == "zero":
-            return Pulse(self.period), v, v[-1] * Step().delayed(n * T)
+            return Pulse(float(T)), v, v[-1] * Step().delayed(n * T)
         rise, fall = Ramp(up), Step() - Ramp(up) + Ramp(up).delayed(T)
         unit = rise - rise.scaled(2).delayed(T) + rise.delayed(2 * T)
         keep = rise.delayed((n - 1) * T) - rise.delayed(n * T)
@@ -83,8 +106,13 @@ class Samples(Part):
 
     def smooth(self, t: Array, seen: Array) -> Array:
         """The value at times t on the side of a sample that `seen` is on."""
-        n = len(self.values)
-        v, k = np.array(self.values), np.floor(np.clip(seen / self.period, 0, n - 1)).astype(int)
+        n, v = len(self.values), np.array(self.values)
+        if self.period is None:
+            begins = np.array(self.times)
+            k = np.searchsorted(begins, seen, "right") - 1
+            since = np.where(self.hold == "first", t - begins[k], 0.0)
+            return np.where(k < 0, 0.0, v[k] + since * self._slopes[k])
+        k = np.floor(np.clip(seen / self.period, 0, n - 1)).astype(int)
         if self.hold == "zero":
             return np.asarray(v[k])
         ahead = np.where(k < n - 1, t / self.period - k, 0.0)
@@ -98,8 +126,7 @@ class Samples(Part):
         """The slopes as samples, None where it jumps."""
         if self.hold == "zero" or self.values[0]:
             return None
-        slopes = np.append(np.diff(self.values) / self.period, 0.0)
-        return Samples(tuple(slopes.tolist()), self.period)
+        return replace(self, values=tuple(self._slopes.tolist()), hold="zero")
 
 
 def _samples(values: Any) -> tuple[float, ...]:
@@ -118,3 +145,28 @@ def _samples(values: Any) -> tuple[float, ...]:
             f"Samples: values[{lost[0]}] = {array[lost[0]]} is not finite; repair or drop it."
         )
     return tuple(array.astype(float).tolist())
+
+
+def _times(times: Any, count: int) -> tuple[float, ...]:
+    array = reals(times)
+    if array is None or array.ndim != 1:
+        raise InputError(
+            f"Samples: times = {quoted(times)} is not usable; give a list of finite seconds."
+        )
+    if len(array) != count:
+        raise InputError(
+            f"Samples: there are {len(array)} times for {count} values; give one for each."
+        )
+    if array[0] < 0:
+        raise InputError(
+            f"Samples: times[0] = {array[0]:g} s is negative, and signals begin at 0 s; count from "
+            "the first sample, times − times[0]."
+        )
+    back = np.flatnonzero(np.diff(array) <= 0)
+    if len(back):
+        k = int(back[0]) + 1
+        raise InputError(
+            f"Samples: times[{k}] = {array[k]:.9g} s does not come after times[{k - 1}] = "
+            f"{array[k - 1]:.9g} s; sort the samples and drop what was recorded twice."
+        )
+    return tuple(array.tolist())

@@ -19,7 +19,7 @@ from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.stability_chart import raster
 from vsctrl.diagram.stability_chart.d_partition import DPartition
 from vsctrl.errors import InputError, nearest
-from vsctrl.tables import Numbers
+from vsctrl.tables import Lines, Numbers, listed
 
 MOST_CORNERS = 40_000
 
@@ -45,7 +45,7 @@ class Boundary:
 
 
 @dataclass(frozen=True)
-class StabilityChart(Numbers):
+class StabilityChart(Lines, Numbers):
     """The number of unstable roots over a rectangle of two parameters, and its boundaries.
 
     `unstable` (len(y), len(x)) counts roots right of the imaginary axis at the grid's corners,
@@ -61,6 +61,21 @@ class StabilityChart(Numbers):
     boundaries: tuple[Boundary, ...]
     complete: bool
     sentence: str
+
+    def _lines(self) -> dict[str, str]:
+        counts = [f"{count:g}" for count in np.unique(self.unstable)]
+        share = float((self.unstable == 0).mean())
+        pairs = sum(boundary.pair for boundary in self.boundaries)
+        return {
+            self.x_name: f"{self.x[0]:g} to {self.x[-1]:g}, {len(self.x)} values",
+            self.y_name: f"{self.y[0]:g} to {self.y[-1]:g}, {len(self.y)} values",
+            "unstable roots": listed(counts),
+            "stable": f"{100 * share:.3g} % of the grid's corners",
+            "boundaries": f"{len(self.boundaries)}, {pairs} of them of pairs",
+        }
+
+    def _sentences(self) -> list[str]:
+        return [self.sentence]
 
     def regions(self, width: int = 600, height: int = 400) -> raster.Regions:
         """The chart as a raster: each region between the boundaries filled with its count."""

@@ -116,9 +116,11 @@ class _Stepper:
         self.z: list[Array] = []  # Chebyshev coefficients of the delayed signals, a piece each
         self.y: list[Array] = []
         self.x = np.zeros(self.n)
-        self.scale = np.full(self.n + self.m, UNSEEN)
+        # An output that is a delayed signal may change where no state and nothing delayed does.
+        self.late = np.flatnonzero(system.D[: self.p, 1:].any(axis=1))
+        self.scale = np.full(self.n + self.m + len(self.late), UNSEEN)
         self.noise = np.zeros(self.m)  # that rounding leaves in the delayed signals
-        self.floor = np.zeros(self.n + self.m)  # roughness that no halving has taken away
+        self.floor = np.zeros(len(self.scale))  # roughness that no halving has taken away
         self.shortest = 1e-9 * self.longest
         self.at_kinks = 0  # pieces cut short by a kink
 
@@ -129,7 +131,7 @@ class _Stepper:
             stop = min(self.kinks.next_after(start), self.horizon)
             gap = stop - start
             h = gap / max(1, math.ceil(gap / length * (1 - 1e-9)))
-            before = np.full(self.n + self.m, np.inf)
+            before = np.full(len(self.scale), np.inf)
             while True:
                 piece, before = self._piece(start, start + h, before)
                 if piece is not None:
@@ -181,7 +183,7 @@ class _Stepper:
         x, z = self._collocate(h, forcing, direct, own)
         w = past + np.einsum("jik,kj->ij", own, z) if self.m else past
         y = x @ sys.C[:p].T + np.outer(u, sys.D[:p, 0]) + w @ sys.D[:p, 1:].T
-        both = np.hstack([x, z])
+        both = np.hstack([x, z, y[:, self.late]])
         size = np.abs(both).max(axis=0)
         if not max(size.max(initial=0.0), np.abs(y).max()) < LARGEST:
             return None, self._outgrown(h, b)
@@ -205,7 +207,7 @@ class _Stepper:
                 f"within {h:.1g} s; ask for a shorter time."
             )
         self.floor = np.maximum(self.floor, np.where(rough, 2 * tail, 0.0))
-        self.noise = np.maximum(self.noise, self.floor[self.n :])
+        self.noise = np.maximum(self.noise, self.floor[self.n : self.n + self.m])
         return (x, z, y), tail
 
     def _outgrown(self, h: float, b: float) -> Array:
@@ -215,10 +217,10 @@ class _Stepper:
                 f"response: the output grows beyond all floats by about t = {b:.4g} s; "
                 "ask for a shorter time."
             )
-        return np.full(self.n + self.m, np.inf)
+        return np.full(len(self.scale), np.inf)
 
     def _rounding(self, h: float, x: Array, drive: Array) -> Array:
-        """What rounding alone leaves in (x, z) of a piece: a signal that cancels is not rough.
+        """What rounding alone leaves in (x, z, y) of a piece: a signal that cancels is not rough.
 
         A delayed signal brings along the rounding it was computed with (`noise`).
         """
@@ -229,7 +231,14 @@ class _Stepper:
         self.noise = np.maximum(self.noise, 8 * EPSILON * in_z)
         carried = np.abs(self.B2) @ self.noise * h
         also = np.abs(self.C2) @ carried + np.abs(self.D22) @ self.noise
-        return np.concatenate([8 * EPSILON * in_x + carried, 8 * EPSILON * in_z + also])
+        parts = [8 * EPSILON * in_x + carried, 8 * EPSILON * in_z + also]
+        if len(self.late):
+            C, D = np.abs(sys.C[self.late]), np.abs(sys.D[self.late])
+            known = self.noise + RESOLVED * self.scale[self.n : self.n + self.m]
+            parts.append(
+                8 * EPSILON * (C @ (x + in_x) + D @ drive) + C @ carried + D[:, 1:] @ known
+            )
+        return np.concatenate(parts)
 
     def _past(self, a: float, t: Array) -> tuple[Array, Array]:
         """Delayed signals known from earlier pieces, and how the rest follow from this one.
@@ -288,7 +297,8 @@ class _Stepper:
         self.z.append(to_coefficients @ z)
         self.y.append(to_coefficients @ y)
         self.x = x[-1]
-        self.scale = np.maximum(self.scale, np.abs(np.hstack([x, z])).max(axis=0))
+        both = np.hstack([x, z, y[:, self.late]])
+        self.scale = np.maximum(self.scale, np.abs(both).max(axis=0))
 
 
 def _is_coarse(u: Array, t: Array, end: float) -> bool:

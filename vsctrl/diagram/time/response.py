@@ -11,9 +11,11 @@ from vsctrl.checks import quoted, reals
 from vsctrl.diagram.description.blocks import Block
 from vsctrl.diagram.realisation import assembly, delay_system
 from vsctrl.diagram.realisation.numeric import Numeric
+from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.signals.signal import Signal
 from vsctrl.diagram.time import superposition
 from vsctrl.errors import ImproperError, InputError
+from vsctrl.symbols import Expr
 from vsctrl.symbols import s as symbol_s
 
 
@@ -36,17 +38,39 @@ def _proper(
         if slope is None:
             raise
         try:
-            return _proper(_integrated(loop, source), f"{source}__slope", target, slope)
+            return _proper(*_fed_through(1 / symbol_s, loop, source), target, slope)
         except ImproperError:
             raise refused from None
 
 
-def _integrated(loop: Numeric, source: str) -> Numeric:
-    diagram, slope = loop.diagram, f"{source}__slope"
-    part = Block(f"integral of {source}", 1 / symbol_s, f"{slope} -> {source}")
-    inputs = [slope if name == source else name for name in diagram.inputs]
+def impulse_system(loop: Numeric, source: str, target: str) -> delay_system.DelaySystem:
+    """The system s H(s), whose step response is the impulse response of H.
+
+    Errors: `ImproperError` where that holds impulses, as H lets some of its input through at once
+    or delayed.
+    """
+    try:
+        led, slope = _fed_through(symbol_s, loop, source)
+        return assembly.realise(led.diagram, led.blocks, (slope,), (target,))
+    except ImproperError:
+        raise ImproperError(
+            f"impulse: {target!r} answers an impulse at {source!r} with impulses, as some of its "
+            "high frequencies pass, at once or delayed; ask for the step response, or filter it."
+        ) from None
+
+
+def impulse_response(loop: Numeric, source: str, target: str, t: Array, side: str) -> Array:
+    """h(t) at times t (s), (len(t), 1). Errors: as `impulse_system`."""
+    return superposition.respond(impulse_system(loop, source, target), Step(), t, side)
+
+
+def _fed_through(factor: Expr, loop: Numeric, source: str) -> tuple[Numeric, str]:
+    """The loop with one more block before an input, and the name of its input then."""
+    diagram, name = loop.diagram, f"{source}__before"
+    part = Block(f"before {source}", factor, f"{name} -> {source}")
+    inputs = [name if known == source else known for known in diagram.inputs]
     longer = type(diagram)([part, *diagram.parts], inputs, diagram.outputs)
-    return replace(loop, diagram=longer)
+    return replace(loop, diagram=longer), name
 
 
 def check_signal(signal: object) -> None:

@@ -32,7 +32,8 @@ def respond(system: DelaySystem, signal: Signal, t: Array, side: str = "right") 
     horizon = max(float(t.max()) * (1 + 1e-6), 1e-12)
     short, trains = [], []
     for start, part in signal.terms:
-        if isinstance(part, Samples) and len(part.values) > MANY_SAMPLES:
+        many = isinstance(part, Samples) and len(part.values) > MANY_SAMPLES
+        if isinstance(part, Samples) and many and part.period is not None:
             unit, weights, rest = part.train
             short += [(start + offset, primitive) for offset, primitive in rest.terms]
             trains.append((start, _Train(unit, weights, part.period)))
