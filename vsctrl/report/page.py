@@ -163,8 +163,16 @@ def _figures(result: LoopReport) -> dict[str, Markup]:
     add("top", "Path of the camera seen from above", plots.top_view(on, off))
     title = "Step response, Padé errors and tracking error on the ramp"
     add("responses", title, plots.responses(data.times))
-    add("bode", "Bode plot of the opened loop with margins", plots.bode(data.frequency, stability))
-    add("nyquist", "Nyquist plot of the opened loop", plots.nyquist(data.frequency, stability))
+    add(
+        "bode",
+        "Bode plot of the opened loop with margins",
+        plots.bode_against_pade(data.frequency, stability),
+    )
+    add(
+        "nyquist",
+        "Nyquist plot of the opened loop",
+        plots.nyquist_against_pade(data.frequency, stability),
+    )
     if own := result.comparison.own_histories:
         title = "First point in the image and lag of the camera over time"
         add("histories", title, plots.histories(result.comparison, own, (off, on)))
@@ -174,6 +182,6 @@ def _figures(result: LoopReport) -> dict[str, Markup]:
         add(
             "locus",
             "Characteristic roots as the gain grows",
-            plots.root_locus(data.locus, stability),
+            plots.locus_against_pade(data.locus, stability),
         )
     return figures
