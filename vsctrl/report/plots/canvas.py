@@ -72,11 +72,14 @@ def canvas(
         yield owner, given
 
 
-def say(figure: Figure, axes: Axes, title: str, caption: str, alt: str) -> None:
-    """Title above the axes; caption and alt where the figure is a `Picture` of our own."""
+def say(figure: Figure, axes: Axes, title: str, caption: str, alt: str, room: float = 1.0) -> None:
+    """Title above the axes; caption and alt where the figure is a `Picture` of our own.
+
+    room: the share of the figure's width that is right of the labels of its y axis.
+    """
     if title:
         wide = figure.get_figwidth() * axes.get_position(original=True).width / 0.775
-        axes.set_title(textwrap.fill(title, max(int(LETTERS * wide), 20)))
+        axes.set_title(textwrap.fill(title, max(int(LETTERS * wide * room), 20)))
     if isinstance(figure, Picture):
         figure.caption, figure.alt = caption, alt
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vsctrl.errors import InputError
-from vsctrl.report.plots.canvas import NOTEBOOK, Size, canvas, say
+from vsctrl.report.plots.canvas import LETTERS, NOTEBOOK, Size, canvas, legend, say
 from vsctrl.report.plots.margin_words import short
-from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, WITH, WITHOUT, Picture
+from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, WITH, WITHOUT
 from vsctrl.study import Comparison, Validation
 
 ROW = 0.3  #: inches a case
@@ -47,19 +47,20 @@ def comparison(result: Any, *, ax: Any = None, size: Size = None) -> Figure:
                 style: Any = {"color": colour, "mfc": "none", "linestyle": "", "label": name}
                 style |= {"markersize": 14 if marker == "|" else 7, "markeredgewidth": 1.5}
                 axes.plot(mm, y[known], marker, **style)
-        axes.set_yticks(y, [row.case for row in rows], fontsize=8)
+        letters = int(0.42 * LETTERS * figure.get_figwidth())
+        axes.set_yticks(y, [textwrap.fill(row.case, letters) for row in rows], fontsize=8)
         axes.set_ylim(-0.6, len(rows) - 0.4)
         axes.axvline(0, color=INK, linewidth=0.8)
         axes.grid(visible=False, axis="y")
         steady = bool(result.rows)
         axes.set_xlabel("steady lag, mm (negative: behind)" if steady else "amplitude, mm")
-        _below(figure, axes)
+        legend(figure, axes)
         words = {True: "All ways agree", False: "The ways DISAGREE", None: "Nothing to compare"}
         caption = words[result.agrees]
         if result.largest_disagreement is not None:
             caption += f"; they differ by {short(1e3 * result.largest_disagreement, ' mm')} at most"
         about = f"The lag of {len(rows)} cases by closed form, models and simulation."
-        say(figure, axes, f"{caption}.", f"{caption}.", about)
+        say(figure, axes, f"{caption}.", f"{caption}.", about, room=0.6)
     return figure
 
 
@@ -138,17 +139,8 @@ def _histories(result: Comparison, ax: Any, size: Size) -> Figure:
         axes.set_xlabel("t, s")
         axes.set_ylabel("lag, mm")
         axes.set_xlim(0, float(max(each.t[-1] for each in chosen)))
-        _below(figure, axes)
+        legend(figure, axes)
         largest = 1e3 * max(each.largest for each in chosen)
         words = f"The lag is at most {short(largest, ' mm')}."
         say(figure, axes, words, words, "The lag over time, predicted and simulated.")
     return figure
-
-
-def _below(figure: Figure, axes: Axes) -> None:
-    """A legend in three columns under the figure."""
-    if isinstance(figure, Picture):
-        handles, labels = axes.get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower left", ncols=3)
-    else:
-        axes.legend()

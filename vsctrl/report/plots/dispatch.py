@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from inspect import Parameter, signature
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from vsctrl.checks import quoted
@@ -59,7 +60,9 @@ def system_overview(system: Any, *, ax: Any = None, size: Size = None) -> Figure
         channels.append(channel)
     if not channels:
         return pole_map(system, ax=ax, size=size)
-    with canvas(ax, size, (8.4, 4.2), 1, 2, width_ratios=(1, 1.2)) as (figure, (left, right)):
+    narrow = size is not None and np.size(size) == 2 and size[0] < 5
+    shape = (2, 1) if narrow else (1, 2)
+    with canvas(ax, size, (8.4, 4.2), *shape) as (figure, (left, right)):
         pole_map(system, ax=left)
         roots = figure.caption if isinstance(figure, Picture) else ""
         left.set_title("roots")

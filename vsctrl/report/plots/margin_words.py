@@ -54,7 +54,7 @@ def sentence(subject: Subject) -> str:
     """The margins with their frequencies; empty for what is no opened loop."""
     m = subject.margins
     if m is None:
-        return ""
+        return f"{subject.name}: {subject.trouble}" if subject.trouble else ""
     if not m.stable:
         text = f"{subject.name}: the closed loop is unstable, with {roots(m.unstable_roots)} "
         text += outside(subject)

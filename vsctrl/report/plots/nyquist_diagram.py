@@ -200,11 +200,13 @@ def _words(drawn: list[Subject], systems: tuple[Any, ...], loci: list[Locus]) ->
     """The title, of one loop, and the caption."""
     parts, title = [], ""
     for each, system, locus in zip(drawn, systems, loci, strict=True):
-        found = count(system)
+        found = None if each.trouble else count(system)
         if found is not None:
             title = found.words if len(drawn) == 1 else ""
             several = f"{each.name}: " if not each.margins else ""
             parts += [sentence(each), f"{several}{found.words[0].upper()}{found.words[1:]}."]
+        else:
+            parts.append(sentence(each))
         if locus.poles:
             parts.append(
                 "The dotted arc stands for the way round the poles of L on the imaginary axis, "

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ from vsctrl.diagram.frequency.margins import Margins
 from vsctrl.diagram.sampled.channel import SampledChannel, SampledLoop
 from vsctrl.diagram.sampled.system import SampledSystem
 from vsctrl.diagram.system import System
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, LimitError
 from vsctrl.report.plots.canvas import named, plain
 
 Loop = OpenLoop | SampledLoop
@@ -40,7 +40,8 @@ class Subject:
 
     at: the values at ω (rad/s), both (n,). rates: rad/s at which it bends. delay_s: the sum of its
     delays, s. top: the frequency at which it ends, rad/s, infinite or the Nyquist frequency.
-    samples: (ω, values) where it is known at these only. loop: what has margins.
+    samples: (ω, values) where it is known at these only. margins: of an opened loop, or in
+    `trouble` the sentence that says why it has none.
     """
 
     name: str
@@ -49,8 +50,8 @@ class Subject:
     delay_s: float = 0.0
     top: float = math.inf
     samples: tuple[Array, Complex] | None = None
-    loop: Loop | None = None
-    margins: Margins | None = field(default=None)
+    margins: Margins | None = None
+    trouble: str = ""
 
 
 def subjects(what: str, systems: tuple[Any, ...], names: Any = None) -> list[Subject]:
@@ -87,10 +88,17 @@ def _channel(channel: Channel) -> Subject:
         blocks = channel.system.blocks
         delay_s = float(sum(max(block.delays, default=0) for block in blocks))
         rates = corners(blocks)
-    loop = channel if isinstance(channel, OpenLoop) else None
-    margins = None if loop is None else loop.margins()
-    name = plain(channel.label)
-    return Subject(name, lambda w: channel(1j * w), rates, delay_s, loop=loop, margins=margins)
+    known, trouble = _margins(channel) if isinstance(channel, OpenLoop) else (None, "")
+    name, at = plain(channel.label), lambda w: channel(1j * w)
+    return Subject(name, at, rates, delay_s, margins=known, trouble=trouble)
+
+
+def _margins(loop: Loop) -> tuple[Margins | None, str]:
+    """The margins, or why there are none: a loop of too many roots is drawn all the same."""
+    try:
+        return loop.margins(), ""
+    except (InputError, LimitError) as error:
+        return None, str(error)
 
 
 def _sampled(channel: SampledChannel) -> Subject:
@@ -99,15 +107,13 @@ def _sampled(channel: SampledChannel) -> Subject:
     with np.errstate(divide="ignore"):
         rates = np.abs(np.log(z[z != 0])) / period
     delay_s = max(channel.difference_equation.taps) * period
-    loop = channel if isinstance(channel, SampledLoop) else None
-    name = (
-        f"{channel.source} to {channel.target}" if loop is None else f"L, opened at {loop.target}"
-    )
+    name, known, trouble = f"{channel.source} to {channel.target}", None, ""
+    if isinstance(channel, SampledLoop):
+        name = f"L, opened at {channel.target}"
+        known, trouble = _margins(channel)
     name = plain(f"{name.replace('__cut', '')}, sampled")
-    margins = None if loop is None else loop.margins()
-    top = math.pi / period
-    at = lambda w: channel(np.exp(1j * w * period))  # noqa: E731
-    return Subject(name, at, rates, delay_s, top, loop=loop, margins=margins)
+    top, at = math.pi / period, lambda w: channel(np.exp(1j * w * period))
+    return Subject(name, at, rates, delay_s, top, margins=known, trouble=trouble)
 
 
 def _control_system(what: str, system: Any) -> Subject | None:

@@ -241,8 +241,9 @@ def _marked(axes: Axes, course: Course, colour: str) -> str:
     parts = []
     low, high = (int(np.argmax(share >= level)) for level in (0.1, 0.9))
     if share[high] >= 0.9:
-        axes.plot(t[[low, high]], y[[low, high]], label="_rise", **dot)
-        parts.append(f"rise time {short(float(t[high] - t[low]), ' s')}")
+        first, last = _crossed(course, low, 0.1), _crossed(course, high, 0.9)
+        axes.plot([first, last], [0.1 * final, 0.9 * final], label="_rise", **dot)
+        parts.append(f"rise time {short(last - first, ' s')}")
     top = int(share.argmax())
     if share[top] > 1 + 1e-6:
         axes.plot(t[top], y[top], label="_peak", **dot)
@@ -250,6 +251,16 @@ def _marked(axes: Axes, course: Course, colour: str) -> str:
     outside = np.flatnonzero(np.abs(share - 1) > BAND)
     settled = int(outside[-1]) + 1 if len(outside) else 0
     if settled < len(t):
-        axes.axvline(float(t[settled]), color=colour, linewidth=0.9, linestyle="--", zorder=1)
-        parts.append(f"settles to 2 % in {short(float(t[settled]), ' s')}")
+        side = 1 + BAND * (1 if settled and share[settled - 1] > 1 else -1)
+        at = _crossed(course, settled, side)
+        axes.axvline(at, color=colour, linewidth=0.9, linestyle="--", zorder=1)
+        parts.append(f"settles to 2 % in {short(at, ' s')}")
     return ", ".join(parts) or "not risen yet"
+
+
+def _crossed(course: Course, k: int, share: float) -> float:
+    """When a share of the final value was passed, between the point k and the one before it."""
+    t, y = course.t, course.y / (course.final or 1.0)
+    if course.held or k == 0 or y[k] == y[k - 1]:
+        return float(t[k])
+    return float(t[k - 1] + (t[k] - t[k - 1]) * (share - y[k - 1]) / (y[k] - y[k - 1]))
