@@ -29,7 +29,10 @@ if TYPE_CHECKING:
     from vsctrl.errors import LimitError as LimitError
     from vsctrl.loop import per_sample as per_sample
     from vsctrl.loop.figure1 import figure1 as figure1
+    from vsctrl.report import plots as plots
     from vsctrl.report import write_report as write_report
+    from vsctrl.report.plots import plot as plot
+    from vsctrl.report.plots.animation import animate as animate
     from vsctrl.servo import Run as Run
     from vsctrl.servo import Scenario as Scenario
     from vsctrl.servo.simulate import simulate as simulate
@@ -53,15 +56,18 @@ _HOME = {
     "Sine": "vsctrl.diagram",
     "Step": "vsctrl.diagram",
     "Sum": "vsctrl.diagram",
+    "animate": "vsctrl.report.plots.animation",
     "figure1": "vsctrl.loop",
     "load": "vsctrl.documents",
     "per_sample": "vsctrl.loop",
+    "plot": "vsctrl.report.plots",
     "simulate": "vsctrl.servo",
     "validate": "vsctrl.study",
     "validate_all": "vsctrl.study",
     "write_report": "vsctrl.report",
 }
-_ROOMS = ("derive", "loop", "paper", "servo", "study")
+_ROOMS = {name: f"vsctrl.{name}" for name in ("derive", "loop", "paper", "servo", "study")}
+_ROOMS["plots"] = "vsctrl.report.plots"
 
 __all__ = [*_HOME, *_ROOMS]
 __version__ = metadata.version("vsctrl")
@@ -69,7 +75,7 @@ __version__ = metadata.version("vsctrl")
 
 def __getattr__(name: str) -> object:
     if name in _ROOMS:
-        return import_module(f"vsctrl.{name}")
+        return import_module(_ROOMS[name])
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module 'vsctrl' has no attribute {name!r}")

@@ -131,8 +131,10 @@ def _figures(result: LoopReport, prefix: str) -> dict[str, Markup]:
     add("top", "Path of the camera seen from above", plots.top_view(on, off))
     title = "Step response, Padé errors and tracking error on the ramp"
     add("responses", title, plots.responses(data.times))
-    add("bode", "Bode plot of the opened loop with margins", plots.bode(data.frequency, stability))
-    add("nyquist", "Nyquist plot of the opened loop", plots.nyquist(data.frequency, stability))
+    title = "Bode plot of the opened loop with margins"
+    add("bode", title, plots.bode_against_pade(data.frequency, stability))
+    title = "Nyquist plot of the opened loop"
+    add("nyquist", title, plots.nyquist_against_pade(data.frequency, stability))
     if own := result.comparison.own_histories:
         title = "First point in the image and lag of the camera over time"
         add("histories", title, plots.histories(result.comparison, own, (off, on)))
@@ -140,6 +142,6 @@ def _figures(result: LoopReport, prefix: str) -> dict[str, Markup]:
         add(
             "locus",
             "Characteristic roots as the gain grows",
-            plots.root_locus(data.locus, stability),
+            plots.locus_against_pade(data.locus, stability),
         )
     return figures

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import sympy as sp
 from markupsafe import Markup
 
 from vsctrl.diagram import Loop
@@ -120,12 +121,7 @@ def _responses(loop: Loop, prefix: str) -> list[Section]:
     parts: list[Part] = []
     for i, one in enumerate(loop.applied):
         channels = [loop.system[one.input, signal] for signal in loop.watched]
-        names = [f"{signal}" for signal in loop.watched]
-        shown = _of(
-            lambda channels=channels, names=names, one=one: plots.response(
-                *channels, signal=one.signal, t=loop.horizon, names=names
-            )
-        )
+        shown = _drawn_response(loop, one.signal, channels)
         if shown is not None:
             parts.append(f"{one.kind.capitalize()} of {one.size:g} in {one.input}.")
             parts.append(figure(shown, prefix, f"response{i}"))
@@ -133,6 +129,13 @@ def _responses(loop: Loop, prefix: str) -> list[Section]:
     if table is not None:
         parts.append(table)
     return [Section("responses", "What it answers", parts)] if parts else []
+
+
+def _drawn_response(loop: Loop, signal: Any, channels: list[Any]) -> Any:
+    """The responses of all watched signals, None where one of them has none."""
+    return _of(
+        lambda: plots.response(*channels, signal=signal, t=loop.horizon, names=list(loop.watched))
+    )
 
 
 def _roots(loop: Loop, prefix: str) -> Section:
@@ -146,26 +149,20 @@ def _roots(loop: Loop, prefix: str) -> Section:
 
 def chart_ranges(loop: Loop) -> dict[str, tuple[float, float]] | None:
     """Two parameters to draw the chart over: one of a delay first, if there is one, and a gain."""
-    late = (
-        {
-            name
-            for block in loop.diagram.blocks
-            for name, symbol in loop.diagram.parameters.items()
-            if symbol in getattr(block.delay_symbols, "free_symbols", block.delay_symbols)
-        }
-        if hasattr(loop.diagram.blocks[0], "delay_symbols")
-        else set()
-    )
+    late = {
+        symbol
+        for block in loop.diagram.blocks
+        for delay in block.expr.atoms(sp.exp)
+        for symbol in delay.free_symbols
+    }
     usable = [name for name, value in loop.values.items() if value]
-    delays = [name for name in usable if name in late or name in ("tau", "theta")]
+    delays = [name for name in usable if loop.diagram.parameters[name] in late]
     others = [name for name in usable if name not in delays]
     chosen = [*others[:1], *delays[:1]] if delays and others else usable[:2]
     if len(chosen) < 2:
         return None
-    return {
-        name: tuple(sorted((SPREAD[0] * loop.values[name], SPREAD[1] * loop.values[name])))
-        for name in chosen
-    }  # type: ignore[return-value]
+    ends = {name: sorted(share * loop.values[name] for share in SPREAD) for name in chosen}
+    return {name: (low, high) for name, (low, high) in ends.items()}
 
 
 def _chart(loop: Loop, prefix: str) -> list[Section]:
@@ -217,9 +214,7 @@ def _check(loop: Loop) -> list[Section]:
             "check",
             "Every face against every other",
             [
-                Verbatim(
-                    "The faces of this loop, each by its own way, held to each other", str(found)
-                ),
+                Verbatim("The faces of this loop, each by its own way", str(found)),
                 "They agree." if found.agrees else "SOME DISAGREE: see the table.",
             ],
         )

@@ -116,7 +116,7 @@ def _time(value: float, loop: Loop, other: str = "no limit") -> str:
 
 
 def _listed(frequencies: Any) -> str:
-    found = [float(w) for w in frequencies]
+    found = [float(w) for w, _ in frequencies]
     if not found:
         return "no frequency"
     more = f" and {len(found) - MANY} more" if len(found) > MANY else ""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from vsctrl.diagram import Loop
 from vsctrl.diagram.frequency.margins import Margins
@@ -117,17 +116,10 @@ def _way_back(loop: Loop, margins: Margins | None) -> list[str]:
     """What would make it stable, where the margins tell."""
     if margins is None:
         return []
-    crossings = [
-        1 / abs(value) for value in _real_crossings(loop, margins) if value and abs(value) > 1
-    ]
-    if not crossings:
+    lower = [factor for _, factor in margins.phase_crossings if 0 < factor < 1]
+    if not lower:
         return ["Lower its gain, or shorten what is late in it."]
-    factor = min(crossings)
     return [
-        f"Opened at {loop.opened}, a root crosses the axis at {digits(factor, 3)} times its gain: "
-        "below that it may be stable."
+        f"Opened at {loop.opened}, a pair of roots crosses the axis at {digits(min(lower), 3)} "
+        "times its gain: below that it may be stable."
     ]
-
-
-def _real_crossings(loop: Loop, margins: Margins) -> list[Any]:
-    return [complex(loop.open(1j * w)).real for w in margins.phase_crossings if w > 0]

@@ -6,6 +6,7 @@ that counts is relative to it. The number of pictures does not grow with the run
 
 from __future__ import annotations
 
+import base64
 import io
 import math
 from collections.abc import Callable
@@ -27,11 +28,12 @@ from PIL import Image
 
 from vsctrl import files
 from vsctrl.arrays import Array
+from vsctrl.checks import is_whole, unusable
 from vsctrl.errors import InputError
 from vsctrl.report.plots.run import image_plane
-from vsctrl.report.plots.style import EXACT, GREY, INK, STYLE, WITH
+from vsctrl.report.plots.style import EXACT, GREY, INK, STYLE, WITH, takes
 from vsctrl.servo import Run
-from vsctrl.tables import visible
+from vsctrl.tables import escaped, visible
 
 #: Most pictures of an animation, and the least and greatest time that it plays, s.
 MOST, SHORTEST, LONGEST = 100, 2.0, 10.0
@@ -47,19 +49,48 @@ SHADES = 40
 LEVELS = 32
 
 
+@dataclass(frozen=True, slots=True, repr=False)
+class Animation:
+    """A moving picture that a notebook plays: `gif`, the bytes of its file; `alt`, it in words."""
+
+    gif: bytes
+    alt: str
+
+    def save(self, path: str | Path) -> None:
+        """Write the GIF to exactly this path: all of it or nothing.
+
+        Errors: `InputError` when the file cannot be written.
+        """
+        files.write(files.as_path("path", path), self.gif, "animation")
+
+    def __repr__(self) -> str:
+        """One line, whatever its size."""
+        return f"<{self.alt} GIF of {len(self.gif) / 1000:.0f} kB>"
+
+    def _repr_html_(self) -> str:
+        data = base64.b64encode(self.gif).decode()
+        return (
+            f'<img src="data:image/gif;base64,{data}" alt="{escaped(self.alt)}" '
+            'style="max-width:100%">'
+        )
+
+
+@takes(Run)
 def animate(
     run: Run,
-    path: str | Path,
+    path: str | Path | None = None,
     *,
     pictures: int = MOST,
     progress: Callable[[int, int], None] = lambda done, of: None,
-) -> None:
-    """Write the run as a GIF to exactly this path: all of it or nothing.
+) -> Animation:
+    """The run as a GIF, what the camera sees and where it is; a notebook plays what is returned.
 
-    pictures: how many at most; the first and the last frame are among them. progress: is told how
-    many are drawn, of how many. Raises InputError for fewer than two pictures or an unwritable
-    path.
+    path: the file to write it to, all of it or nothing. pictures: how many at most; the first and
+    the last frame are among them. progress: is told how many are drawn, of how many. Errors:
+    `InputError` for what is no run, fewer than two pictures, or an unwritable path.
     """
+    if not is_whole(pictures):
+        raise unusable("animate: pictures", pictures, "a whole number of 2 or more")
     if pictures < 2:
         raise InputError(f"pictures: {pictures} do not move; give 2 or more.")
     chosen, ticks = timing(run, pictures)
@@ -81,7 +112,12 @@ def animate(
         loop=0,
         disposal=1,
     )
-    files.write(Path(path), out.getvalue(), "animation")
+    name = visible(run.scenario.name)
+    alt = f"{name}: the image and the camera to t = {run.t[-1]:g} s, {run.status.kind}."
+    animation = Animation(out.getvalue(), alt)
+    if path is not None:
+        animation.save(path)
+    return animation
 
 
 def timing(run: Run, pictures: int = MOST) -> tuple[Array, list[int]]:

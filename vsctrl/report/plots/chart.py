@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,7 +12,8 @@ from matplotlib.figure import Figure
 
 from vsctrl.diagram.stability_chart.chart import Boundary, StabilityChart
 from vsctrl.diagram.stability_chart.raster import Regions
-from vsctrl.report.plots.style import INK, WITH, WITHOUT, drawing, takes
+from vsctrl.report.plots.canvas import LETTERS, Size, picture_of, plain
+from vsctrl.report.plots.style import INK, WITH, WITHOUT, takes
 
 #: Axis labels for the parameters whose unit is known.
 _NAMES = {
@@ -24,14 +26,15 @@ _NAMES = {
 
 
 @takes(StabilityChart)
-def stability_chart(chart: StabilityChart) -> Figure:
+def stability_chart(chart: StabilityChart, *, size: Size = None) -> Figure:
     """Where over two parameters the loop is stable, how many roots are unstable elsewhere.
 
     Lines are the exact boundaries: solid where a pair of roots crosses, with its frequency in
-    rad/s, dashed where a real root passes 0. The stable region is filled in `WITH`.
+    rad/s, dashed where a real root passes 0. The stable region is filled in `WITH`. size: (width,
+    height), inches.
     """
     regions = chart.regions(1200, 800)
-    with drawing(7.2, 4.8) as figure:
+    with picture_of(size, (7.2, 4.8)) as figure:
         axes = figure.subplots()
         box = (chart.x[0], chart.x[-1], chart.y[0], chart.y[-1])
         shade = np.full((*regions.unstable.shape, 4), (*to_rgb(WITH), 0.28))
@@ -54,7 +57,12 @@ def stability_chart(chart: StabilityChart) -> Figure:
         axes.set_xlabel(_NAMES.get(chart.x_name, chart.x_name))
         axes.set_ylabel(_NAMES.get(chart.y_name, chart.y_name))
         axes.grid(False)
-        figure.suptitle(_noticed(chart, regions), x=0.01, ha="left", fontsize=10)
+        words = _noticed(chart, regions)
+        letters = int(LETTERS * figure.get_figwidth())
+        wrapped = "\n".join(textwrap.fill(line, letters) for line in words.split("\n"))
+        figure.suptitle(wrapped, x=0.01, ha="left", fontsize=10)
+        figure.caption = f"{words.replace(chr(10), '; ')}. {chart.sentence}"
+        figure.alt = f"Unstable roots over {plain(chart.x_name)} and {plain(chart.y_name)}."
     return figure
 
 

@@ -48,6 +48,7 @@ def remedies(comparison: Remedies) -> Figure:
         handles.sort(key=lambda handle: LEGEND.index(str(handle.get_label()).split(",")[0]))
         texts = [str(handle.get_label()) for handle in handles]
         figure.legend(handles, texts, loc="outside lower center", ncols=3)
+        figure.alt = f"Steady error and gain limit of {len(rows)} remedies for dead time."
     return figure
 
 

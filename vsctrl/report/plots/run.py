@@ -47,6 +47,7 @@ def run_figure(run: Run) -> Figure:
         figure.suptitle(textwrap.shorten(name, 90), x=0.01, ha="left", fontsize=11)
         caption = textwrap.fill(textwrap.shorten(words.replace("$", r"\$"), 420), 118)
         figure.supxlabel(caption, x=0.01, ha="left", fontsize=9.5)
+        figure.alt = f"A run: its points in the image, errors, twist and lag. {visible(words)}"
     return figure
 
 

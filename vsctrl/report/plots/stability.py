@@ -25,7 +25,7 @@ from vsctrl.study.stability import Stability
 
 
 @takes(Frequency, Stability)
-def bode(data: Frequency, stability: Stability) -> Figure:
+def bode_against_pade(data: Frequency, stability: Stability) -> Figure:
     """Magnitude and phase of the opened loop, exact delay against Padé, margins marked."""
     with drawing(7.2, 5.0) as figure:
         top, bottom = figure.subplots(2, 1, sharex=True)
@@ -57,7 +57,7 @@ def bode(data: Frequency, stability: Stability) -> Figure:
 
 
 @takes(Frequency, Stability)
-def nyquist(data: Frequency, stability: Stability) -> Figure:
+def nyquist_against_pade(data: Frequency, stability: Stability) -> Figure:
     """L(jω) in the plane round −1, exact delay against Padé, with the circle of 1/Ms."""
     with drawing(4.9, 4.4) as figure:
         axes = figure.subplots()
@@ -80,7 +80,7 @@ def nyquist(data: Frequency, stability: Stability) -> Figure:
 
 
 @takes(Locus, Stability)
-def root_locus(data: Locus, stability: Stability) -> Figure:
+def locus_against_pade(data: Locus, stability: Stability) -> Figure:
     """The rightmost characteristic roots as λ grows, exact delay against Padé."""
     with drawing(4.9, 4.4) as figure:
         axes = figure.subplots()

@@ -6,17 +6,18 @@ The arrays are the record's (``frames``), which everything here takes; figures a
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
 
-from vsctrl.files import as_path
+from vsctrl.files import as_path, write
 from vsctrl.servo.results import archive
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.dataset import dataset
 from vsctrl.servo.results.frames import Frames
 from vsctrl.servo.results.notebook_svg import sketch
 from vsctrl.servo.results.outcome import number, outcome
+from vsctrl.servo.results.spreadsheet import table
 from vsctrl.tables import html
 
 if TYPE_CHECKING:
@@ -51,6 +52,25 @@ class Run(Frames):
         Raises InputError when xarray is not installed.
         """
         return dataset(self)
+
+    @overload
+    def to_csv(self, path: None = None) -> str: ...
+    @overload
+    def to_csv(self, path: str | Path) -> None: ...
+    def to_csv(self, path: str | Path | None = None) -> str | None:
+        """The run as a table of comma-separated values, a row a frame, for any spreadsheet.
+
+        The first row names the columns with their units: ``t_s``, ``x_m`` … of the camera and
+        ``reference_x_m`` … in the object frame, ``rx_rad`` … (θu), ``lag_x_m``, ``lag_rx_rad`` …,
+        ``twist_Vx_m_per_s``, ``X1_px``, ``error_X1_px`` …; see ``spreadsheet``. Numbers are written
+        so that they are read back exactly, lines end in ``\\n``. Returned as text, or with a path
+        written to exactly that file, all of it or nothing. Raises InputError when it cannot be.
+        """
+        text = table(self)
+        if path is None:
+            return text
+        write(as_path("path", path), text, "table of the run")
+        return None
 
     def data(self) -> dict[str, Any]:
         """The summary of the run as JSON takes it; every name ends in its unit.
