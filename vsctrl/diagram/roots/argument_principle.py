@@ -17,6 +17,7 @@ from vsctrl.arrays import Complex
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.reduction import delays_in_loops
 from vsctrl.diagram.roots.box import search_right_of
+from vsctrl.diagram.roots.chain_on_line import ON_LINE, count_beside_chain
 from vsctrl.diagram.roots.half_plane import count_without_roots
 from vsctrl.diagram.roots.neutral import DifferenceOperator
 from vsctrl.diagram.roots.order import first
@@ -53,6 +54,13 @@ def roots_right_of(system: DelaySystem, sigma: float = 0.0) -> RootsRight:
     chain = operator.spectral_abscissa() / unit
     count = count_without_roots(system, operator, sigma)
     roots = _listed(system, sigma, count)
+    beside = _beside_chain(system, operator, sigma) if count is None else None
+    if beside is not None and beside < math.inf:
+        sentence = (
+            f"A chain of roots tends to {sigma:g} rad/s from the left, as its roots at rising "
+            f"heights show; {beside:g} lie on or right of it and {len(roots)} are listed."
+        )
+        return RootsRight(sigma, roots, beside, False, sentence, chain)
     if count is not None and len(roots) != count <= MOST_LISTED:
         roots = first(search_right_of(system, operator, sigma, roots), MOST_LISTED)
     if count is None:
@@ -87,6 +95,22 @@ def _listed(system: DelaySystem, sigma: float, count: float | None) -> Complex:
         wanted = min(2 * wanted + 6, MOST_LISTED)
 
 
+def _beside_chain(system: DelaySystem, operator: DifferenceOperator, sigma: float) -> float | None:
+    """The count where a chain tends to the line itself, None where none does."""
+    if operator.is_identity:
+        return None
+    unit = float(max(system.delays))
+    line = operator.spectral_abscissa()
+    if not abs(line - sigma * unit) <= ON_LINE:
+        return None
+    return count_beside_chain(system.scaled(unit), operator, line)
+
+
+def edge(system: DelaySystem) -> float:
+    """The line (rad/s) right of which a root counts as on the axis: the rounding of 1/delay."""
+    return -1e-12 / max(1.0, float(system.tau.max(initial=0.0)))
+
+
 def _about(strongly: bool | None, line: float, sigma: float) -> str:
     """A sentence on chains left of the line of which the delays' ratios may be the only reason."""
     rest = {
@@ -115,7 +139,11 @@ def count_right_of(system: DelaySystem, sigma: float = 0.0) -> float:
             "unstable roots: the loop's gains and rates times its longest delay exceed what "
             "numbers can hold; give smaller ones, or another unit of time."
         )
-    count = count_without_roots(system, DifferenceOperator.of(system.scaled(unit)), sigma)
+    operator = DifferenceOperator.of(system.scaled(unit))
+    count = count_without_roots(system, operator, sigma)
+    if (count is None or math.isinf(count)) and not operator.is_identity:
+        beside = _beside_chain(system, operator, sigma)
+        count = count if beside is None else beside
     if count is not None:
         return count
     right = 0

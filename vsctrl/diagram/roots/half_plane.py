@@ -8,6 +8,7 @@ import numpy as np
 
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.roots.neutral import DifferenceOperator, perron
+from vsctrl.diagram.roots.one_delay import count_of_one_delay
 from vsctrl.diagram.roots.winding import MOST_SAMPLES, phase
 
 
@@ -25,7 +26,9 @@ def count_without_roots(
     least = operator.lower_bound(sigma * unit)
     if not least:
         return None if least is None else math.inf
-    return _winding_count(system.scaled(unit), sigma * unit, least, most)
+    scaled = system.scaled(unit)
+    count = _winding_count(scaled, sigma * unit, least, most)
+    return count_of_one_delay(scaled, sigma * unit) if count is None else count
 
 
 def _winding_count(system: DelaySystem, sigma: float, least: float, most: int) -> int | None:
