@@ -140,7 +140,7 @@ def test_the_crossing_of_a_loop_late_by_thousands_of_turns_is_found(x):
 
 
 def test_roots_of_one_delay_are_counted_however_many_they_are():
-    """2/(s + 1) is 1 at √3 rad/s; below, the phase −ωτ − atan ω passes −π − 2πk with a pair each."""
+    """2/(s + 1) is 1 at √3 rad/s; below, −ωτ − atan ω passes −π − 2πk with a pair each."""
     unstable = unit_feedback(2 * exp(-(10**6) * s) / (s + 1)).unstable_roots
     assert unstable == 2 * math.ceil((1e6 * math.sqrt(3) - 2 * math.pi / 3) / (2 * math.pi))
     unstable = figure1.at(lam=1e10, tau=0.08, ell=1, ell_hat=1, k_ff=1).unstable_roots

@@ -11,8 +11,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 from oracles.argument_principle import Quasipolynomial
-from sympy import Rational as R
-from sympy import exp
+from sympy import Rational, exp
 
 from vsctrl.diagram import Block, Diagram, Sum
 from vsctrl.diagram.realisation.reduction import delays_in_loops
@@ -37,11 +36,11 @@ def loop(below, *late):
         for name, ((gain,), delay) in zip(names, late, strict=True):
             parts.append(Block(f"late {name}", gain * exp(-delay * s), f"y -> {name}"))
     system = Diagram(parts, inputs=["r"], outputs=["y"]).at()
-    return system, Quasipolynomial(((below, R(0)), *late))
+    return system, Quasipolynomial(((below, Rational(0)), *late))
 
 
 def decimals(*texts):
-    return [R(text) for text in texts]
+    return [Rational(text) for text in texts]
 
 
 def assert_zero(function, root):
@@ -55,35 +54,38 @@ def assert_zero(function, root):
         # A resonance at 0.1028 rad/s that rings thrice as long as the delay.
         (
             decimals("1", "0.000658121", "0.0105733"),
-            [(decimals("0.6831"), R(901))],
+            [(decimals("0.6831"), Rational(901))],
             7,
             [0.006752020630867602 + 0.09985325994360139j, 0.0067168101868660774 + 0.105924536896j],
         ),
         # A chain at −35/τ, behind four slow roots.
         (
             decimals("1", "0.828852", "0.08553830", "0.06223870", "0.000618689"),
-            [(decimals("-0.0001176"), R("0.05713"))],
+            [(decimals("-0.0001176"), Rational("0.05713"))],
             8,
             [-0.0020921717332930538 + 0.27466583486550405j, -0.008134040249170608],
         ),
         # Two roots that differ by a part in 6000, far slower than all else.
         (
             decimals("1", "19.5525", "985.347826086956521", "0"),
-            [(decimals("3.690677225549683e-5"), R(11300000))],
+            [(decimals("3.690677225549683e-5"), Rational(11300000))],
             6,
             None,
         ),
         # A neutral loop late by many turns of its resonance.
         (
             decimals("1", "0.000215853", "0.000168395"),
-            [(decimals("0.713", "-0.614661614", "0.0334392009"), R(4263))],
+            [(decimals("0.713", "-0.614661614", "0.0334392009"), Rational(4263))],
             5,
             [0.0015448120795439363 + 0.012222078482843788j],
         ),
         # Two delays of nanoseconds round two lags of milliseconds.
         (
             decimals("1", "0.000658735", "0"),
-            [(decimals("0.1068"), R("5.031e-8")), (decimals("-1.923"), R("4.305e-10"))],
+            [
+                (decimals("0.1068"), Rational("5.031e-8")),
+                (decimals("-1.923"), Rational("4.305e-10")),
+            ],
             6,
             None,
         ),
@@ -153,15 +155,17 @@ def drawn(rng):
             poles += [turn, turn.conjugate()]
         else:
             poles.append(rate)
-    below = [R(f"{c:.6g}") for c in np.real(np.poly(poles))]
+    below = [Rational(f"{c:.6g}") for c in np.real(np.poly(poles))]
     slowest = min(abs(p) for p in poles)
-    delay = R(f"{10 ** rng.uniform(-9, 9 if rng.random() < 0.5 else 2) / slowest:.4g}")
+    delay = Rational(f"{10 ** rng.uniform(-9, 9 if rng.random() < 0.5 else 2) / slowest:.4g}")
     gain = rng.choice([-1, 1]) * 10 ** rng.uniform(-2, 2) * float(abs(below[-1]))
     kind = rng.integers(3)
     if kind == 1:
-        shorter = R(f"{float(delay) * 10 ** rng.uniform(-6, 0):.4g}")
+        shorter = Rational(f"{float(delay) * 10 ** rng.uniform(-6, 0):.4g}")
         other = gain * rng.choice([-1, 1]) * 10 ** rng.uniform(-2, 2)
-        return loop(below, ([R(f"{gain:.4g}")], delay), ([R(f"{other:.4g}")], shorter))
+        return loop(
+            below, ([Rational(f"{gain:.4g}")], delay), ([Rational(f"{other:.4g}")], shorter)
+        )
     if kind == 2:
         # p(s) + K e^{−sτ} has a double root where p′ + τ p = 0.
         numbers, tau = np.array([float(c) for c in below]), float(delay)
@@ -173,7 +177,7 @@ def drawn(rng):
             at = rng.choice(double.real)
             off = 1 + rng.choice([-1, 1]) * 10 ** rng.uniform(-14, -2)
             gain = -np.polyval(numbers, at) * math.exp(at * tau) * off
-    return loop(below, ([R(repr(float(gain)))], delay))
+    return loop(below, ([Rational(repr(float(gain)))], delay))
 
 
 def test_random_lists_hold_as_many_roots_as_there_are():
@@ -194,7 +198,11 @@ def test_steps_along_a_line_never_turn_the_determinant_by_half_a_turn():
     """Beside double roots, hidden ones among them, a step is a share of their distance."""
     rng = np.random.default_rng(4)
     average = (1 - exp(-s / 2)) / (s / 2)
-    for block in (average**2 / 3, R(1, 10) / s * average**2, (1 - (1 + s) * exp(-s)) / s**2 / 2):
+    for block in (
+        average**2 / 3,
+        Rational(1, 10) / s * average**2,
+        (1 - (1 + s) * exp(-s)) / s**2 / 2,
+    ):
         parts = [Sum("e = r - y"), Block("b", block, "e -> y")]
         system = delays_in_loops(Diagram(parts, inputs=["r"], outputs=["y"]).at().autonomous)
         for line in (1e-6, 1e-3, 0.1):

@@ -130,8 +130,8 @@ def margins(
     gain_at = crossings.gain_crossings_of(L, ends, size)
     if len(gain_at) and delay_s * gain_at.max() > MOST_PHASE:
         raise LimitError(
-            f"margins: at a crossing of {gain_at.max():.4g} rad/s the delays of {delay_s:.4g} s turn "
-            "L too many times for its phase to be known; shorten the delay or lower the gain."
+            f"margins: at a crossing of {gain_at.max():.4g} rad/s the delays of {delay_s:.4g} s "
+            "turn L too many times for its phase to be known; shorten the delay or lower the gain."
         )
     on_it = phase_at[(factors == 1) & (phase_at > 0) & (phase_at < math.inf)]
     # Where L is −1 |L| may only touch 1, or be 1 everywhere.
