@@ -11,10 +11,13 @@ from oracles.delay import WORKING, figure1
 
 from vsctrl.diagram import Block, Diagram, Sum
 from vsctrl.diagram.consistency import crosscheck, margin_scan
+from vsctrl.diagram.frequency import loop_margins, numeric_channel
+from vsctrl.diagram.frequency.hidden_roots import ClosedLoop
 from vsctrl.diagram.pade import approximant
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.roots import rightmost
 from vsctrl.diagram.sampled import channel, zero_order_hold
+from vsctrl.diagram.symbolic.order_at_zero import Leading
 from vsctrl.symbols import s, tau
 
 SMITH = Diagram(
@@ -222,3 +225,32 @@ def test_a_channel_that_is_zero_is_no_fault(parts):
     table = Diagram(parts, ["r"], ["y"]).at().check()
     assert table.passed, table
     assert any("the channel is 0" in line.note for line in table.lines)
+
+
+def unity(*blocks):
+    names = ["e", *(f"x{i}" for i in range(len(blocks) - 1)), "y"]
+    parts = [Sum("e = r - y")]
+    parts += [Block(f"b{i}", b, f"{names[i]} -> {names[i + 1]}") for i, b in enumerate(blocks)]
+    return Diagram(parts, inputs=["r"], outputs=["y"]).at()
+
+
+def failed(system):
+    return [line.faces for line in system.check().lines if not line.passed]
+
+
+def test_a_wrong_verdict_on_the_loop_is_noticed(monkeypatch):
+    """Of a stable lag loop the count is made to say one unstable root, of an unstable one none."""
+    for gain, told in ((2, 1), (-2, 0)):
+        monkeypatch.setattr(loop_margins, "closed_loop", lambda _, told=told: ClosedLoop(told, ()))
+        assert "verdict against poles" in failed(unity(gain / (s + 1)))
+
+
+def test_a_wrong_value_at_zero_is_noticed(monkeypatch):
+    """T(0) of an integral loop is 1; the lowest powers are made to say 1/2."""
+    assert not failed(unity(2 / s))
+    monkeypatch.setattr(numeric_channel, "leading", lambda *_: Leading(0, 0.5, 0))
+    assert "H(0) against symbolic, s → 0" in failed(unity(2 / s))
+
+
+def test_a_loop_that_crosses_for_ever_is_scanned_as_far_as_its_band():
+    assert not failed(unity(1 / (s + 1) + sp.exp(-4 * s)))

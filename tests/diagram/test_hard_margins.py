@@ -139,9 +139,17 @@ def test_the_crossing_of_a_loop_late_by_thousands_of_turns_is_found(x):
     assert found.bandwidth == pytest.approx(x * (1 - fallen) / fallen, abs=2 * math.pi)
 
 
+def test_roots_of_one_delay_are_counted_however_many_they_are():
+    """2/(s + 1) is 1 at √3 rad/s; below, −ωτ − atan ω passes −π − 2πk with a pair each."""
+    unstable = unit_feedback(2 * exp(-(10**6) * s) / (s + 1)).unstable_roots
+    assert unstable == 2 * math.ceil((1e6 * math.sqrt(3) - 2 * math.pi / 3) / (2 * math.pi))
+    unstable = figure1.at(lam=1e10, tau=0.08, ell=1, ell_hat=1, k_ff=1).unstable_roots
+    assert unstable == 2 * math.ceil((8e8 - math.pi / 2) / (2 * math.pi))
+
+
 def test_roots_too_many_to_count_are_not_given_a_number():
     with pytest.raises(LimitError, match="at least 32"):
-        unit_feedback(2 * exp(-(10**6) * s) / (s + 1)).unstable_roots  # noqa: B018
+        unit_feedback(2 * (exp(-(10**6) * s) + exp(-1234567 * s)) / (s + 1)).unstable_roots  # noqa: B018
     with pytest.raises(LimitError, match="too many"):
         figure1.at(lam=1e10, tau=0.08, ell=1, ell_hat=1, k_ff=1).open("S_meas").margins()
 

@@ -191,11 +191,12 @@ def test_the_chain_of_two_thousand_steps():
     assert found.chain == pytest.approx(best, abs=1e-9)
 
 
-def test_a_chain_on_the_line_itself_is_not_decided():
-    """x' = x'(t − 1) − x: the chain tends to the axis, and nobody says more."""
+def test_a_chain_on_the_line_itself_is_seen_to_tend_to_it_from_the_left():
+    """x' = x'(t − 1) − x: e^{−s} = (s + 1)/s, larger than 1 right of −1/2; seen, not certified."""
     found = neutral(-1, [(1, 1)]).roots_right_of(0.0)
     assert not found.certified
-    assert "cannot be told to lie left or right of 0 rad/s" in found.sentence
+    assert found.count == 0
+    assert "tends to 0 rad/s from the left" in found.sentence
     assert found.chain == pytest.approx(0.0, abs=1e-14)
 
 

@@ -182,3 +182,29 @@ def assert_edge_is_at(drawn, delay):
     for factor, unstable in ((0.999, 0), (1.001, 2)):
         more = exp(-Rational(f"{delay * factor:.9g}") * s)
         assert drawn.system(more).open("y").margins().unstable_roots == unstable
+
+
+@pytest.mark.parametrize(("rate", "late"), [(1, "1/2"), (2, "1/5"), (1, "3"), (20, "1/100")])
+def test_a_smith_predictor_of_an_undamped_plant_hides_its_oscillation(rate, late):
+    """L = C/(s² + ω²) as without delay, stable; ±jω of the model, late and not, are in no signal.
+
+    The lead C = s/(1 + s/20) makes s³/20 + s² + s + ω² + ω² s/20, by Routh's rule stable.
+    """
+    late, lead = Rational(late), s / (1 + s / 20)
+    lag = exp(-late * s)
+    plant = 1 / (s**2 + rate**2)
+    parts = [
+        Sum("e = r - z"),
+        Block("C", lead, "e -> u"),
+        Block("P", lag * plant, "u -> y"),
+        Block("M", plant, "u -> m"),
+        Block("M late", lag * plant, "u -> n"),
+        Sum("z = y + m - n"),
+    ]
+    found = Diagram(parts, inputs=["r"], outputs=["y"]).at().open("z").margins()
+    assert found.stable
+    assert np.allclose(sorted(root.imag for root in found.hidden_roots), [-rate] * 2 + [rate] * 2)
+    assert all(root.real == 0 for root in found.hidden_roots)
+    alone = loop(lead, plant).open("y").margins()
+    assert alone.hidden_roots == ()
+    assert found.delay == pytest.approx(alone.delay, rel=1e-6)

@@ -180,5 +180,11 @@ class System(Lines, Numeric):
 
     @cached_property
     def unstable_roots(self) -> float:
-        """How many characteristic roots lie on or right of the imaginary axis, maybe infinite."""
-        return argument_principle.count_right_of(self.autonomous, -1e-12)
+        """How many characteristic roots lie on or right of the imaginary axis, maybe infinite.
+
+        Without any a loop is stable, unless it is neutral and a chain of roots comes as near to the
+        axis as one likes: then it is not exponentially, and any further delay may undo it; see
+        `roots_right_of`, whose `chain` is 0 there. Errors: `LimitError` for too many to count.
+        """
+        line = argument_principle.edge(self.autonomous)
+        return argument_principle.count_right_of(self.autonomous, line)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from sympy import Add, expand
+from sympy import Add, Rational, expand
 
 from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.consistency import hidden_copies, margin_scan, sampled_limit
@@ -81,7 +81,7 @@ def crosscheck(system: Numeric) -> CrossCheck:
     pairs = product(system.diagram.inputs, system.diagram.outputs)
     channels = [NumericChannel(system, *pair) for pair in pairs]
     lines = [check for channel in channels for check in _channel(channel)]
-    lines += [_margins(loop) for loop in margin_scan.loops(system)]
+    lines += [check for loop in margin_scan.loops(system) for check in _loop(loop)]
     notes = [copied.sentence for copied in hidden_copies.unstable_copies(system)]
     lines += [Check("whole diagram", "hidden unstable copies", 0.0, 0.0, note) for note in notes]
     return CrossCheck(tuple(lines))
@@ -105,6 +105,7 @@ def _channel(channel: NumericChannel) -> list[Check]:
     return [
         compiled,
         Check(name, "state space against compiled", _largest(realised - exact, scale), 1e-9),
+        _at_zero(channel, name),
         _roots(channel, name),
         _time(channel, name),
         *_pade(channel, name, points),
@@ -112,13 +113,34 @@ def _channel(channel: NumericChannel) -> list[Check]:
     ]
 
 
-def _margins(loop: NumericChannel) -> Check:
-    """Crossings and the peak of sensitivity against those of a dense scan."""
-    name, faces = f"L at {loop.target}", "margins against a scan"
-    try:
-        return Check(name, faces, margin_scan.missed(loop), 1e-6)
-    except (InputError, LimitError) as error:  # what the margins refuse is theirs to say
-        return Check(name, faces, 0.0, 0.0, f"left out: {error}")
+def _loop(loop: NumericChannel) -> list[Check]:
+    """Crossings and the peak of sensitivity against a dense scan; the verdict against poles."""
+    name, out = f"L at {loop.target}", []
+    for faces, difference in (
+        ("margins against a scan", margin_scan.missed),
+        ("verdict against poles", margin_scan.misjudged),
+    ):
+        try:
+            out.append(Check(name, faces, difference(loop), 1e-6))
+        except (InputError, LimitError) as error:  # what the margins refuse is theirs to say
+            out.append(Check(name, faces, 0.0, 0.0, f"left out: {error}"))
+    return out
+
+
+def _at_zero(channel: NumericChannel, name: str) -> Check:
+    """H(0), a limit where blocks are infinite, against the symbolic H so near to 0 that it is it.
+
+    At s = 1e-60 rad/s times the channel's own rate with 400 digits H differs from its limit by
+    rounding only, and a pole of first order is 1e60.
+    """
+    faces = "H(0) against symbolic, s → 0"
+    point = Rational(1, 10**60) * Rational(f"{1 / _unit(channel):.17g}")
+    expr = channel.system.transfer(channel.source, channel.target)
+    near = channel.sign * complex(expr.subs(s, point).evalf(30, maxn=1000))
+    value = complex(channel(0.0))
+    if math.isinf(abs(value)):
+        return Check(name, faces, 1 / (1 + abs(near)), 1e-9)
+    return Check(name, faces, _largest(np.array([value - near]), 1 + abs(near)), 1e-9)
 
 
 def _time(channel: NumericChannel, name: str) -> Check:

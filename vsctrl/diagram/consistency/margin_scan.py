@@ -6,10 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain
 from vsctrl.diagram.frequency.loop_margins import loop_margins, rates
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.numerics.graphs import components, on_cycles
+from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.numeric import Numeric
+from vsctrl.diagram.roots.rightmost import poles
 
 POINTS = 4000
 RESOLVED = 100.0  #: rad of delay up to which the scan follows the phase
@@ -42,6 +45,8 @@ def missed(loop: NumericChannel) -> float:
     low, high = (1e-3 * bends.min(), 1e3 * bends.max()) if len(bends) else (1e-3, 1e3)
     delay_s = float(loop.realisation.tau.sum())
     high = min(high, RESOLVED / delay_s) if delay_s else high
+    if HighFrequencyGain.of(loop.realisation, loop.sign).delays and len(bends):
+        high = min(high, 10 * bends.max())  # where the margins' own band ends: L crosses for ever
     if not low < high:
         return 0.0
     omega = np.geomspace(low, high, POINTS)
@@ -55,3 +60,32 @@ def missed(loop: NumericChannel) -> float:
         return 1.0
     highest = float(np.max(1 / np.abs(1 + L)))
     return max(0.0, highest / found.peak_sensitivity - 1)
+
+
+def misjudged(loop: NumericChannel) -> float:
+    """1 where the margins' verdict on the closed loop is not that of its poles, 0 otherwise.
+
+    The verdict counts the turns of a determinant, less what is hidden. The poles of T = L/(1 + L)
+    are asked where a list of them holds one at all: those that T does not show are in neither.
+    """
+    found = loop_margins(loop)
+    closed = loop.realisation.closed()
+    r = 1 / (1 - loop.realisation.D[0, 0])
+    system = loop.realisation
+    shown = DelaySystem(
+        closed.A,
+        np.hstack([system.B[:, :1] * r, closed.B]),
+        np.vstack([system.C[:1] * r, closed.C]),
+        np.block(
+            [
+                [system.D[:1, :1] * r, system.D[:1, 1:] * r],
+                [system.D[1:, :1] * r, closed.D],
+            ]
+        ),
+        system.delays,
+    )
+    rightmost_pole = max((pole.real for pole in poles(shown, 2)), default=-np.inf)
+    doubt = 1e-6 * min(rates(loop), default=1.0)
+    if abs(rightmost_pole) < doubt or np.isinf(found.unstable_roots):
+        return 0.0  # on the axis as far as a list of poles can tell
+    return float((found.unstable_roots == 0) != (rightmost_pole < 0))

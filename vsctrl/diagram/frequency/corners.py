@@ -11,6 +11,8 @@ from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.symbolic.coefficients import BlockCoefficients
 
+UNDAMPED = 1e-7  #: relative damping that a multiple pole may seem to have by rounding
+
 Side = dict[tuple[int, Fraction], float]
 
 
@@ -55,6 +57,14 @@ def removable_poles(block: BlockCoefficients) -> list[complex]:
     if {tau for _, tau in block.den} != {Fraction(0)} or not any(block.delays):
         return []
     return [complex(p) for p in _roots(block.den, Fraction(0)) if p and _vanishes(block.num, p)]
+
+
+def undamped_poles(block: BlockCoefficients) -> list[complex]:
+    """The poles (rad/s) other than 0 that a block has on the imaginary axis to rounding."""
+    if any(tau for _, den in block.sections for _, tau in den):
+        return []
+    poles = np.concatenate([_roots(den, Fraction(0)) for _, den in block.sections])
+    return [complex(0, p.imag) for p in poles if p and abs(p.real) <= UNDAMPED * abs(p)]
 
 
 def _roots(side: Side, tau: Fraction) -> Complex:

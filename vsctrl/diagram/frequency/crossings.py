@@ -17,6 +17,8 @@ from vsctrl.diagram.frequency.piecewise import (
 )
 from vsctrl.diagram.numerics.chebyshev import less
 
+STRETCHES = 8  #: each twice as long as the last, in which a later crossing is looked for
+AHEAD = 4001  #: samples that say how large |L| is beyond
 FURTHEST = 1e12  #: times the highest corner, up to which a loop without delays is followed
 
 
@@ -40,22 +42,34 @@ def phase_crossings(L: Response, ends: Array, pieces: Complex) -> tuple[Array, C
     return omega[crossing], values[crossing]
 
 
-def next_phase_crossing(L: Response, start: float, delay_s: float) -> tuple[Array, Complex]:
+def next_phase_crossing(
+    L: Response, start: float, delay_s: float, known: float
+) -> tuple[Array, Complex]:
     """(ω, L) beyond `start` where an L that falls to 0 is negative and largest, if there is one.
 
-    However small |L| is there, it is what limits the gain where nothing before does.
+    However small |L| is there, it is what limits the gain where nothing before does: no crossing
+    of |L| ≤ 1, or none but such of |L| ≤ `known`. It is looked for in ever longer stretches until
+    |L| is nowhere larger beyond, as its samples over a doubling of ω say: a moving average's |L|
+    ripples, and may be larger at a later crossing.
     """
+    at, value = np.zeros(0), np.zeros(0, complex)
     if delay_s:  # it turns at least once in 2π/delay_s, but for lags that turn back
-        ends = start + np.cumsum(np.r_[0.0, 4 * math.pi / delay_s * 2.0 ** np.arange(6)])
+        ends = start + np.cumsum(np.r_[0.0, 4 * math.pi / delay_s * 2.0 ** np.arange(STRETCHES)])
     else:
         ends = start * np.array([1.0, 1e6, FURTHEST])
     for low, high in pairwise(ends):
+        if known and (
+            not delay_s or known >= np.abs(L(1j * np.linspace(low, 2 * low, AHEAD))).max()
+        ):
+            break
         grid = np.linspace(math.log(low), math.log(high), 9)
-        found = phase_crossings(L, *chebyshev_pieces(L, grid, delay_s))
-        if len(found[0]):
-            largest = [int(np.abs(found[1]).argmax())]
-            return found[0][largest], found[1][largest]
-    return np.zeros(0), np.zeros(0, complex)
+        more_at, more = phase_crossings(L, *chebyshev_pieces(L, grid, delay_s))
+        larger = np.abs(more) > known
+        if larger.any():
+            largest = [int(np.abs(more).argmax())]
+            at, value = more_at[largest], more[largest]
+            known = float(np.abs(value[0]))
+    return at, value
 
 
 def limit_towards(L: Response, omega: float, step: float) -> complex:

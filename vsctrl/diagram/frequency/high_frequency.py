@@ -12,7 +12,13 @@ import numpy as np
 from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.frequency.crossings import phase_crossings
 from vsctrl.diagram.frequency.peaks import highest_peak
-from vsctrl.diagram.frequency.piecewise import DEGREE, NOTHING, chebyshev_pieces, zero_frequencies
+from vsctrl.diagram.frequency.piecewise import (
+    DEGREE,
+    EDGE,
+    NOTHING,
+    chebyshev_pieces,
+    zero_frequencies,
+)
 from vsctrl.diagram.numerics.chebyshev import slope_matrix, squared
 from vsctrl.diagram.numerics.graphs import components
 from vsctrl.diagram.realisation.delay_system import DelaySystem, common_divisor
@@ -99,4 +105,6 @@ def high_frequency_tail(far: HighFrequencyGain) -> HighFrequencyTail:
     peak, top = (
         highest_peak(L, ends, above, distance, nowhere, np.zeros(0))[1] for above in (None, size)
     )
+    if peak * EDGE > 1:  # it is −1 somewhere
+        peak = top = math.inf
     return HighFrequencyTail(float(most), real[first].astype(complex), peak, top)

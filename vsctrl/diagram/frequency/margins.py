@@ -19,7 +19,11 @@ from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain, high_freq
 from vsctrl.diagram.frequency.peaks import bandwidth_of, fallen_from, highest_peak
 from vsctrl.diagram.frequency.piecewise import EDGE, Response
 from vsctrl.diagram.numerics.chebyshev import squared
+from vsctrl.errors import LimitError
 from vsctrl.tables import Lines, Numbers, angle, limit, listed
+
+#: rad that delays may turn L by at a crossing, whose rounding then hides no margin.
+MOST_PHASE = 1e7
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,9 @@ class Margins(Lines, Numbers):
     least factor of 1 or more at which roots cross the axis, `gain_down` the largest below 1 (0 if
     there is none). For a loop that is not `stable`, `unstable_roots` are on or right of the
     imaginary axis, and `delay` is negative: the change of delay that brings the nearest crossing
-    back to −1. Of a loop L = 0 the bandwidth is 0.
+    back to −1. A neutral loop whose chain of roots tends to the axis from the left has none of them
+    and is not stable either: 1/(1 + L) is unbounded and `delay` is 0, as is `gain` 1.
+    Of a loop L = 0 the bandwidth is 0.
     """
 
     gain: float
@@ -57,6 +63,8 @@ class Margins(Lines, Numbers):
     @property
     def _verdict(self) -> str:
         said = "stable" if self.stable else f"unstable, {self.unstable_roots:g} roots"
+        if not self.stable and not self.unstable_roots:
+            said = "not stable: a chain of roots tends to the imaginary axis from the left"
         if not self.hidden_roots:
             return said
         listed = ", ".join(
@@ -101,11 +109,14 @@ def margins(
     `rates` (rad/s) are the frequencies at which L bends: the moduli of its poles and the inverses
     of its delays; `delay_s` is the sum of its delays (s); `far` is what L tends to as ω → ∞,
     without which L itself is asked. The band searched reaches tenfold beyond those frequencies, and
-    up to where |L| has fallen below 1/100, where `phase_crossings` end unless there was none
-    before; how L is followed in it, `followed` tells. Of a loop that lets high frequencies
-    through, what it tends to counts too, at ω = ∞: with |L(j∞)| ≥ 1 any further delay destabilises.
+    up to where |L| has fallen below 1/100, where `phase_crossings` end but for the one beyond that
+    limits the gain, if it is there; how L is followed in it, `followed` tells. Of a loop that lets
+    high frequencies through, what it tends to counts too, at ω = ∞: with |L(j∞)| ≥ 1 any further
+    delay destabilises.
     """
-    stable = unstable_roots == 0
+    tail = None if far is None or not far.turns else high_frequency_tail(far)
+    ends_at = tail is not None and math.isinf(tail.peak)  # a chain of roots on the axis, at ω = ∞
+    stable = unstable_roots == 0 and not ends_at
     low, high = band_of(L, rates, falls=far is None or far.limit == 0)
     if not np.any(L(1j * np.geomspace(low, high, 32))):
         return _without_loop(unstable_roots)
@@ -114,10 +125,10 @@ def margins(
     level = fallen_from(limits[0])
     ends, pieces = followed(L, (low, high), rates, delay_s, stable, level)
     size, distance = squared(pieces, 0.0), squared(pieces, 1.0)
-    tail = None if far is None or not far.turns else high_frequency_tail(far)
     phase_at, at_phase = crossings.phase_crossings(L, ends, pieces)
-    if not (np.abs(at_phase) <= 1).any() and limits[1] == 0:
-        next_at, at_next = crossings.next_phase_crossing(L, math.exp(ends.max()), delay_s)
+    if limits[1] == 0:
+        known = np.abs(at_phase)[np.abs(at_phase) <= 1].max(initial=0.0)
+        next_at, at_next = crossings.next_phase_crossing(L, math.exp(ends.max()), delay_s, known)
         phase_at, at_phase = np.append(phase_at, next_at), np.append(at_phase, at_next)
     phase_at, at_phase = crossings.with_limits(phase_at, at_phase, limits)
     if tail is not None:
@@ -126,17 +137,22 @@ def margins(
     factors = 1 / np.abs(at_phase)
     factors[np.abs(factors - 1) < EDGE] = 1.0
     gain_at = crossings.gain_crossings_of(L, ends, size)
+    if len(gain_at) and delay_s * gain_at.max() > MOST_PHASE:
+        raise LimitError(
+            f"margins: at a crossing of {gain_at.max():.4g} rad/s the delays of {delay_s:.4g} s "
+            "turn L too many times for its phase to be known; shorten the delay or lower the gain."
+        )
     on_it = phase_at[(factors == 1) & (phase_at > 0) & (phase_at < math.inf)]
     # Where L is −1 |L| may only touch 1, or be 1 everywhere.
     touching = [w for w in on_it if not (np.abs(gain_at / w - 1) < 1e-6).any()]
     gain_at = np.sort(np.append(gain_at, touching))
     phases: Array = np.angle(-L(1j * gain_at))
     # −157.8° is 202.2° of room for more delay; in an unstable loop look for less delay instead.
-    room = phases % (2 * math.pi) - (0 if stable else 2 * math.pi)
+    room = phases % (2 * math.pi) - (0 if unstable_roots == 0 else 2 * math.pi)
     delays = np.where(np.abs(phases) < EDGE, 0.0, room) / gain_at
     delay = float(delays[np.abs(delays).argmin()]) if len(delays) else math.inf
     through = abs(limits[1]) if tail is None else tail.size
-    if stable and far is not None and through >= 1 - EDGE:
+    if unstable_roots == 0 and far is not None and through >= 1 - EDGE:
         delay = 0.0
     inner = (phase_at > 0) & (phase_at < math.inf)
     close = phase_at[inner][np.abs(np.log(factors[inner])).argsort()[:4]]

@@ -113,6 +113,13 @@ class DelaySystem(Caching):
         lag = (np.exp(-s.real[..., None] * tau) * (1 + size * tau))[..., None]
         return np.asarray(np.abs(fixed) + size[..., None] * unit + lag * np.abs(delayed), float)
 
+    def most(self, s: NDArray[np.complex128], radius: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The largest modulus of each entry of `characteristic` in a circle round each point."""
+        tau, fixed, unit, delayed, _ = self._affine
+        lag = np.exp((radius - s.real)[..., None] * tau)[..., None]
+        size = (np.abs(s) + radius)[..., None, None]
+        return np.asarray(np.abs(fixed) + size * unit + lag * np.abs(delayed), float)
+
     def transfer(self, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """The p×r transfer matrix at each point `s` (rad/s), exact; (…, p, r)."""
         n, r, p = len(self.A), self.inputs, self.outputs

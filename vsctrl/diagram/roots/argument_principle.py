@@ -16,15 +16,16 @@ import numpy as np
 from vsctrl.arrays import Complex
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.reduction import delays_in_loops
-from vsctrl.diagram.roots import box
-from vsctrl.diagram.roots.neutral import DifferenceOperator, perron
-from vsctrl.diagram.roots.rightmost import first, rightmost
-from vsctrl.diagram.roots.winding import MOST_SAMPLES, phase
+from vsctrl.diagram.roots.box import search_right_of
+from vsctrl.diagram.roots.chain_on_line import ON_LINE, count_beside_chain
+from vsctrl.diagram.roots.half_plane import count_without_roots
+from vsctrl.diagram.roots.neutral import DifferenceOperator
+from vsctrl.diagram.roots.order import first
+from vsctrl.diagram.roots.rightmost import rightmost
 from vsctrl.errors import InputError, LimitError
 from vsctrl.tables import Lines, Numbers, roots_listed
 
 MOST_LISTED = 64  #: roots that are worked out one by one
-FURTHEST = 5_000  #: height, times the delays, of a rectangle that is searched by halving
 
 
 @dataclass(frozen=True)
@@ -61,10 +62,17 @@ def roots_right_of(system: DelaySystem, sigma: float = 0.0) -> RootsRight:
     unit = float(max(system.delays, default=1))
     operator = DifferenceOperator.of(system.scaled(unit))
     chain = operator.spectral_abscissa() / unit
-    count = _count(system, operator, sigma)
+    count = count_without_roots(system, operator, sigma)
     roots = _listed(system, sigma, count)
+    beside = _beside_chain(system, operator, sigma) if count is None else None
+    if beside is not None and beside < math.inf:
+        sentence = (
+            f"A chain of roots tends to {sigma:g} rad/s from the left, as its roots at rising "
+            f"heights show; {beside:g} lie on or right of it and {len(roots)} are listed."
+        )
+        return RootsRight(sigma, roots, beside, False, sentence, chain)
     if count is not None and len(roots) != count <= MOST_LISTED:
-        roots = _searched(system, operator, sigma, roots)
+        roots = first(search_right_of(system, operator, sigma, roots), MOST_LISTED)
     if count is None:
         why = (
             "a root lies too near the line, or the determinant turns too often to follow"
@@ -97,21 +105,20 @@ def _listed(system: DelaySystem, sigma: float, count: float | None) -> Complex:
         wanted = min(2 * wanted + 6, MOST_LISTED)
 
 
-def _searched(
-    system: DelaySystem, operator: DifferenceOperator, sigma: float, roots: Complex
-) -> Complex:
-    """The roots right of the line by halving the rectangle that holds them all, or those given."""
-    unit = float(max(system.delays, default=1))
-    scaled = system.scaled(unit)
-    least = operator.lower_bound(sigma * unit)
-    if not least:
-        return roots
-    with np.errstate(over="ignore", invalid="ignore"):
-        top = frequency_bound(scaled, sigma * unit, least)
-    if not top * scaled.tau.sum() <= FURTHEST or not top > sigma * unit:
-        return roots
-    found = box.search(scaled, (sigma * unit, top), (-top, top), roots * unit)
-    return roots if found.held is None else first(found.roots / unit, MOST_LISTED)
+def _beside_chain(system: DelaySystem, operator: DifferenceOperator, sigma: float) -> float | None:
+    """The count where a chain tends to the line itself, None where none does."""
+    if operator.is_identity:
+        return None
+    unit = float(max(system.delays))
+    line = operator.spectral_abscissa()
+    if not abs(line - sigma * unit) <= ON_LINE:
+        return None
+    return count_beside_chain(system.scaled(unit), operator, line)
+
+
+def edge(system: DelaySystem) -> float:
+    """The line (rad/s) right of which a root counts as on the axis: the rounding of 1/delay."""
+    return -1e-12 / max(1.0, float(system.tau.max(initial=0.0)))
 
 
 def _about(strongly: bool | None, line: float, sigma: float) -> str:
@@ -142,7 +149,11 @@ def count_right_of(system: DelaySystem, sigma: float = 0.0) -> float:
             "unstable roots: the loop's gains and rates times its longest delay exceed what "
             "numbers can hold; give smaller ones, or another unit of time."
         )
-    count = _count(system, DifferenceOperator.of(system.scaled(unit)), sigma)
+    operator = DifferenceOperator.of(system.scaled(unit))
+    count = count_without_roots(system, operator, sigma)
+    if (count is None or math.isinf(count)) and not operator.is_identity:
+        beside = _beside_chain(system, operator, sigma)
+        count = count if beside is None else beside
     if count is not None:
         return count
     right = 0
@@ -156,71 +167,3 @@ def count_right_of(system: DelaySystem, sigma: float = 0.0) -> float:
         "phase turns too often there, or a chain of them is on the line; shorten the delay or "
         "lower the gain."
     )
-
-
-def _count(system: DelaySystem, operator: DifferenceOperator, sigma: float) -> float | None:
-    """The number of roots right of sigma without listing them; None where it cannot be told."""
-    if not system.delays:
-        return int((np.linalg.eigvals(system.A).real > sigma).sum())
-    unit = float(max(system.delays))
-    least = operator.lower_bound(sigma * unit)
-    if not least:
-        return None if least is None else math.inf
-    return _winding_count(system.scaled(unit), sigma * unit, least)
-
-
-def _winding_count(system: DelaySystem, sigma: float, least: float) -> int | None:
-    """Roots right of sigma: N = n/2 − (arg g(σ + jω) from ω = 0 to ∞)/π, g = det M / det E.
-
-    E = I − Δ D₂₂, |det E| ≥ `least`, and M the characteristic matrix: g = det(sI − A − B₂ E⁻¹ Δ C₂)
-    tends to sⁿ. Where |g/sⁿ − 1| < 1 for good, the rest of the turn is known. None where a root
-    lies so near the line that its side cannot be told, or g turns too often to follow.
-    """
-    n = len(system.A)
-    if n == 0:
-        return 0
-    with np.errstate(over="ignore", invalid="ignore"):
-        top = frequency_bound(system, sigma, least)
-    if not top * system.tau.sum() <= MOST_SAMPLES:
-        return None
-    omega = np.linspace(0.0, top, 33)
-    turn, reach = phase(system, sigma, omega)
-    while True:
-        # Between two points no nearer root than that can hide, so the shorter way round is it.
-        gap = np.diff(omega)
-        rough = np.flatnonzero(gap > np.maximum(reach[:-1], reach[1:]))
-        if not len(rough):
-            break
-        if len(omega) + len(rough) > MOST_SAMPLES or gap[rough].min() < 1e-15 * top:
-            return None
-        middle = (omega[rough] + omega[rough + 1]) / 2
-        new, near = phase(system, sigma, middle)
-        omega = np.insert(omega, rough + 1, middle)
-        turn, reach = np.insert(turn, rough + 1, new, 1), np.insert(reach, rough + 1, near)
-    step = np.angle(np.exp(1j * np.diff(turn)))
-    end = sigma + 1j * top
-    ratio = float(turn[0, -1] - turn[1, -1]) - n * float(np.angle(end))
-    rest = n * (math.pi / 2 - float(np.angle(end))) - math.remainder(ratio, 2 * math.pi)
-    turned = n / 2 - (float((step[0] - step[1]).sum()) + rest) / math.pi
-    count = round(turned)
-    return count if abs(turned - count) < 0.01 and count >= 0 else None
-
-
-def frequency_bound(system: DelaySystem, sigma: float, least: float) -> float:
-    """A frequency beyond which |g/sⁿ − 1| < 1.
-
-    g = det(sI − X), |X| ≤ |A| + |B₂| |E⁻¹Δ| |C₂| =: P in each entry, so no eigenvalue of X is
-    larger than the Perron root ρ of P and |g/sⁿ − 1| ≤ (1 + ρ/|s|)ⁿ − 1.
-    """
-    B2, C2, D22 = system.inner
-    n, m, lag = len(system.A), len(D22), np.exp(-sigma * system.tau)
-    through = lag[:, None] * np.abs(D22)
-    if perron(through) < 1 - 1e-9:
-        most = np.linalg.solve(np.eye(m) - through, np.diag(lag))  # Neumann's series
-    else:
-        # The m − 1 largest singular values of E make its adjugate, 1/det E at most 1/least.
-        size = (np.eye(m) + through) ** 2
-        adjugate = (size.sum() / max(m - 1, 1)) ** ((m - 1) / 2)
-        most = np.full((m, m), adjugate / least) * lag
-    P = np.abs(system.A) + np.abs(B2) @ most @ np.abs(C2)
-    return 1.01 * perron(P) / (2 ** (1 / n) - 1) + 1e-300

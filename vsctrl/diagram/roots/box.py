@@ -16,9 +16,11 @@ from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.reduction import delays_in_loops
 from vsctrl.diagram.roots.candidates import candidates
+from vsctrl.diagram.roots.half_plane import frequency_bound
 from vsctrl.diagram.roots.multiplicity import distinct
+from vsctrl.diagram.roots.neutral import DifferenceOperator
 from vsctrl.diagram.roots.newton import polished
-from vsctrl.diagram.roots.rightmost import ordered
+from vsctrl.diagram.roots.order import ordered
 from vsctrl.diagram.roots.winding import count_in
 from vsctrl.errors import LimitError
 from vsctrl.tables import Lines, Numbers, roots_listed
@@ -27,6 +29,7 @@ Side = tuple[float, float]
 
 MOST_ROOTS = 1000
 MOST_BOXES = 300
+FURTHEST = 5_000  #: height, times the delays, of a rectangle that is searched by halving
 MOST_NODES = 400  #: of a delay, where its matrix is taken for a first list
 CUTS = (0.5, 0.47, 0.54, 0.39)  #: where a rectangle may be cut, some of which miss the roots
 
@@ -167,3 +170,20 @@ def _grid(re: Side, im: Side) -> Complex:
     at: Array = (np.arange(4) + 0.5) / 4
     x, y = re[0] + at * (re[1] - re[0]), im[0] + at * (im[1] - im[0])
     return np.asarray(x[:, None] + 1j * y, complex).ravel()
+
+
+def search_right_of(
+    system: DelaySystem, operator: DifferenceOperator, sigma: float, roots: Complex
+) -> Complex:
+    """The roots right of the line by halving the rectangle that holds them all, or those given."""
+    unit = float(max(system.delays, default=1))
+    scaled = system.scaled(unit)
+    least = operator.lower_bound(sigma * unit)
+    if not least:
+        return roots
+    with np.errstate(over="ignore", invalid="ignore"):
+        top = frequency_bound(scaled, sigma * unit, least)
+    if not top * scaled.tau.sum() <= FURTHEST or not top > sigma * unit:
+        return roots
+    found = search(scaled, (sigma * unit, top), (-top, top), roots * unit)
+    return roots if found.held is None else found.roots / unit

@@ -18,13 +18,20 @@ from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.numerics.chebyshev import differentiation_matrix
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 
+RESOLVED = 0.8  #: rad a node, of what nodes on a delay can follow
+ITERATIONS = 6  #: after which Newton's method goes on
+FARTHEST = 300.0  #: −Re s times the longest delay, further left than which nothing is told
 APART = 1e3  #: ratio of two neighbouring delays from which on they have scales of their own
 
 Chosen = NDArray[np.bool_]  #: (m,), which of the delays
 
 
-def candidates(system: DelaySystem, nodes: int) -> Complex:
-    """Approximate roots s (rad/s), Im s ≥ 0, the better the more nodes; some are none."""
+def candidates(system: DelaySystem, nodes: int, neutral: bool = False) -> Complex:
+    """Approximate roots s (rad/s), Im s ≥ 0, the better the more nodes; some are none.
+
+    Of a neutral system the nodes' own matrix has roots of high frequency beside its chains that
+    are nobody's start: those are left out.
+    """
     if not system.delays:
         roots = _spectrum(system.A)
         return roots[roots.imag >= 0]
@@ -33,47 +40,66 @@ def candidates(system: DelaySystem, nodes: int) -> Complex:
     parts = [_spectrum(_without(system, ~every, every)), _spectrum(system.A)]
     cuts = [0, *(k + 1 for k, (a, b) in enumerate(pairwise(lengths)) if b > APART * a)]
     for first, end in pairwise([*cuts, len(lengths)]):
-        parts.append(_at_scale(system, lengths[first], lengths[end - 1], nodes))
+        low, high = lengths[first], lengths[end - 1]
+        part = _at_scale(system, low, high, nodes)
+        parts.append(part[part.imag * high < RESOLVED * nodes] if neutral else part)
     if len(cuts) > 1:
-        parts.append(discretised(system, nodes))
-    parts.append(_of_resonances(system, nodes))
+        part = discretised(system, nodes)
+        parts.append(part[part.imag * lengths[-1] < RESOLVED * nodes] if neutral else part)
+    parts.append(_along_chains(system, nodes))
     roots = np.concatenate(parts)
     return roots[roots.imag >= 0]
 
 
-def _of_resonances(system: DelaySystem, nodes: int) -> Complex:
-    """Those of a delay many times longer than a mode of the loop lives, near its resonances.
+def _along_chains(system: DelaySystem, nodes: int) -> Complex:
+    """Those of the longest delay τ, by the number k of turns that e^{sτ} has made.
 
-    With one delay the roots are where e^{sτ} is an eigenvalue μ(s) of C₂(sI − A)⁻¹B₂ + D₂₂, and
-    far up the axis Re s ≈ ln |μ(jω)|/τ: the rightmost are where |μ| is largest, 2π/τ apart.
+    Let μ(s) be an eigenvalue of what leads from that delay's end back to its start, all other
+    delays as they are. The roots are where e^{sτ} = μ(s): s = (ln μ(s) + 2πjk)/τ, which is iterated
+    from s = 2πjk/τ, also for the k round each resonance of μ, where the rightmost may be.
     Source: M. Lichtner, M. Wolfrum, S. Yanchuk, SIAM J. Math. Anal. 43 (2011) 788–802.
     """
-    tau, modes = float(system.tau[0]), _spectrum(system.A)
-    modes = modes[(modes.imag >= 0) & (np.abs(modes) * tau > nodes / 4)]
-    if len(set(system.delays)) > 1 or not len(modes):
-        return np.zeros(0, complex)
-    B2, C2, D22 = system.inner
-
-    def largest(omega: Array) -> Complex:
-        shifted = 1j * omega[:, None, None] * np.eye(len(system.A)) - system.A
-        through = np.linalg.solve(shifted, np.broadcast_to(B2, (len(omega), *B2.shape)))
-        mu = np.linalg.eigvals(C2 @ through + D22)
-        return np.asarray(mu[np.arange(len(omega)), np.abs(mu).argmax(1)], complex)
-
+    back, tau = _round_the_longest(system)
+    modes = _spectrum(system.A)
+    modes = modes[modes.imag >= 0]
     # Beside each mode, never on it.
     beside = np.outer(np.abs(modes.real) + 1e-9 * np.abs(modes), np.linspace(-4, 4, 32))
     omega = np.concatenate([np.abs(modes)[:, None] + beside, modes.imag[:, None] + beside]).ravel()
-    omega = omega[omega > 0]
+    omega = omega[omega * tau > nodes / 4]
     step = 2 * np.pi / tau
+    turns = np.arange(nodes // 2)
     with np.errstate(all="ignore"):
         try:
-            peaks = omega[np.argsort(-np.abs(largest(omega)))[:3]]
-            along = (peaks[:, None] + step * np.arange(-nodes // 4, nodes // 4)).ravel()
-            turn = np.log(largest(along)) / tau
-        except np.linalg.LinAlgError:
+            if len(omega):
+                peaks = omega[
+                    np.argsort(-np.abs(_largest(back, np.asarray(1j * omega, complex))))[:3]
+                ]
+                near = np.round(peaks[:, None] / step) + np.arange(-nodes // 4, nodes // 4)
+                turns = np.unique(np.r_[turns, near.ravel()[near.ravel() > 0]])
+            s = np.asarray(1j * step * turns + 0.1 / tau, complex)
+            for _ in range(ITERATIONS):
+                s = np.asarray(np.log(_largest(back, s)) / tau + 1j * step * turns, complex)
+                told = np.isfinite(s)
+                s, turns = s[told], turns[told]
+        except (np.linalg.LinAlgError, ValueError):
             return np.zeros(0, complex)
-    out = turn + 1j * step * np.round((along - turn.imag) / step)
-    return np.asarray(out[np.isfinite(out)], complex)
+    return np.asarray(s[s.real * tau > -FARTHEST], complex)
+
+
+def _round_the_longest(system: DelaySystem) -> tuple[DelaySystem, float]:
+    """The loop cut at its longest delays: their ends are inputs, their starts outputs."""
+    longest = system.tau == system.tau.max()
+    order = np.r_[np.flatnonzero(longest), np.flatnonzero(~longest)]
+    B2, C2, D22 = system.inner
+    shorter = tuple(system.delays[k] for k in order[int(longest.sum()) :])
+    D = D22[np.ix_(order, order)]
+    return DelaySystem(system.A, B2[:, order], C2[order], D, shorter), float(system.tau.max())
+
+
+def _largest(back: DelaySystem, s: Complex) -> Complex:
+    """The eigenvalue of largest modulus of a transfer matrix at each point."""
+    mu = np.linalg.eigvals(back.transfer(s))
+    return np.asarray(mu[np.arange(len(s)), np.abs(mu).argmax(1)], complex)
 
 
 def _spectrum(matrix: Array) -> Complex:

@@ -20,11 +20,16 @@ from scipy.sparse.csgraph import connected_components
 
 from vsctrl.arrays import Array, Complex
 from vsctrl.diagram.realisation.delay_system import DelaySystem
-from vsctrl.diagram.roots.newton import log_slope_and_doubt, polished, rate_of, resolution
+from vsctrl.diagram.roots.newton import (
+    NOISE,
+    log_slope_and_doubt,
+    polished,
+    rate_of,
+    resolution,
+)
 
 SAFE = 8.0  #: times ρ: the disc in which a root is, rounding being estimated only
 ROUNDED = 40.0  #: times the doubt of det M: a power sum below it is rounding
-NOISE = 0.15  #: relative doubt of det M beyond which its argument says nothing
 DEEPEST = 3  #: how often what is told apart is looked at once more
 LARGEST = 20  #: roots in one place
 

@@ -19,6 +19,7 @@ from vsctrl.diagram.realisation.delay_system import DelaySystem
 
 EPS = 2.2e-16
 MOST_STEPS = 50
+NOISE = 0.15  #: relative doubt of det M beyond which its argument says nothing
 FARTHEST = 300.0  #: −Re s times the longest delay; further left e^{−sτ} nears what a double holds
 
 

@@ -11,10 +11,13 @@ from vsctrl.arrays import Complex
 from vsctrl.checks import is_whole
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.reduction import delays_in_loops
+from vsctrl.diagram.roots.box import search_right_of
 from vsctrl.diagram.roots.candidates import candidates
+from vsctrl.diagram.roots.half_plane import count_without_roots
 from vsctrl.diagram.roots.multiplicity import distinct
 from vsctrl.diagram.roots.neutral import DifferenceOperator
 from vsctrl.diagram.roots.newton import polished
+from vsctrl.diagram.roots.order import first, ordered
 from vsctrl.diagram.roots.visible import as_poles
 from vsctrl.errors import InputError, LimitError
 
@@ -49,33 +52,67 @@ def _found(system: DelaySystem, n: int) -> Complex:
     system = system.scaled(unit)
     operator = DifferenceOperator.of(system)
     roots = np.zeros(0, complex)
+    ends, steps = np.zeros(0, complex), np.zeros(0)
     for nodes in (20 + 3 * n, 40 + 6 * n, 80 + 12 * n):
-        starts = candidates(system, nodes)
+        starts = candidates(system, nodes, not operator.is_identity)
         if operator.is_identity:
-            starts = starts[np.argsort(-starts.real)][: 2 * n + 8 + 2 * len(system.A)]
-            roots = distinct(system, *polished(system, starts))
+            starts = starts[np.argsort(-starts.real)][: 4 * n + 24 + 2 * len(system.A)]
         else:
-            roots = _beside_chains(system, operator, starts[starts.imag < 0.8 * nodes], n)
-        if len(roots) >= n or len(system.A) == 0:
+            far = operator.zeros_near(operator.spectral_abscissa())
+            starts = np.concatenate([starts, far[far.imag >= 0]])
+        more, last = polished(system, starts)
+        ends, steps = np.concatenate([ends, more]), np.concatenate([steps, last])
+        roots = distinct(system, ends, steps)
+        if not operator.is_identity:
+            roots = _beside_chains(operator, roots, n)
+        missing = _missing_right_of(system, operator, roots, n)
+        if (len(roots) >= n and missing is None) or len(system.A) == 0:
             break
+    else:
+        if missing is not None:
+            more = search_right_of(system, operator, missing, roots[roots.real > missing])
+            roots = np.concatenate([more, roots[roots.real <= missing]])
     return ordered(roots) / unit
+
+
+MOST_LOOKED_AT = 4_000  #: points along a line by which a list is checked
+APART = 1e-3  #: relative, of two roots between which a line is drawn
+
+
+def _missing_right_of(
+    system: DelaySystem, operator: DifferenceOperator, roots: Complex, n: int
+) -> float | None:
+    """A line right of which there are not as many roots as listed; None where none shows.
+
+    It is drawn behind the nth root or, where others are near it, at the next wide gap right of it;
+    of a neutral loop right of its chains. The count is that of the argument principle, which is
+    given up where the line is long beside 1/delay.
+    """
+    real = ordered(roots).real
+    last = operator.spectral_abscissa() + NEAR
+    real = np.append(real[real > last], max(last, real.min(initial=last) - 1.0))
+    if not np.isfinite(real[-1]):
+        real = real[:-1]
+    gaps = real[:-1] - real[1:]
+    wide = np.flatnonzero(gaps > APART * (np.abs(real[1:]) + APART))
+    for k in wide[wide < n + 1][::-1][:1]:
+        line = float(real[k] - 0.5 * gaps[k])
+        count = count_without_roots(system, operator, line, MOST_LOOKED_AT)
+        if count is not None and count > k + 1:
+            return line
+    return None
 
 
 NEAR = 0.02  #: over the longest delay: roots this near to the rightmost show where a chain is
 
 
-def _beside_chains(
-    system: DelaySystem, operator: DifferenceOperator, starts: Complex, n: int
-) -> Complex:
-    """n roots of a neutral loop: those right of the line that its chains tend to, then low ones.
+def _beside_chains(operator: DifferenceOperator, roots: Complex, n: int) -> Complex:
+    """n roots of a neutral loop, or more: right of the line its chains tend to, then low ones.
 
     Of a chain, which has no rightmost root or none of low frequency, the slowest root that is as
     far right as any seen comes first, and the rest by frequency.
     """
     line = operator.spectral_abscissa()
-    far = operator.zeros_near(line)
-    starts = np.concatenate([starts, far[far.imag >= 0]])
-    roots = distinct(system, *polished(system, starts))
     roots = roots[roots.imag >= 0]
     right = roots.real > line + 1e-9 * (1 + abs(line))
     rest = roots[~right]
@@ -84,7 +121,9 @@ def _beside_chains(
     rank = np.where(shows & (np.abs(rest) == np.abs(rest[shows]).min(initial=np.inf)), 0, 1 + left)
     rest = rest[np.lexsort((rest.imag, rank))]
     out: list[complex] = []
-    for root in [*ordered(roots[right]), *rest]:
+    for root in roots[right]:
+        out += [root, root.conjugate()] if root.imag else [root]
+    for root in rest:
         if len(out) >= n and root != out[-1].conjugate() and root != out[-1]:
             break
         out += [root, root.conjugate()] if root.imag else [root]
@@ -121,19 +160,6 @@ def poles(system: DelaySystem, n: int) -> Complex:
         if missing <= 0 or len(roots) < n + hidden or hidden > 3 * n + MOST_HIDDEN:
             return first(shown, n)
         hidden += missing
-
-
-def ordered(roots: Complex) -> Complex:
-    """Roots by falling real part, conjugates together."""
-    return roots[np.lexsort((roots.imag, np.abs(roots.imag), -roots.real))]
-
-
-def first(roots: Complex, n: int) -> Complex:
-    """The first n of the ordered roots; one more where a pair would be split."""
-    roots = ordered(roots)
-    while n < len(roots) and np.sign(roots[:n].imag).sum():
-        n += 1
-    return roots[:n]
 
 
 #: delays times roots beyond which their matrix, of 12 times that, takes minutes and gigabytes
