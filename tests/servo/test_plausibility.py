@@ -132,6 +132,7 @@ UNUSUAL = {
     "a way back from near by": scene(0.01, 0.1, 700.0, 0.0, 20.0).with_(V=(0, 0, -0.2)),
     "a start from far behind": SLIDE.with_(kind="hold", offset=(0, 0, -5.0, 0, 0, 0)),
     "an unstable loop": SLIDE.with_(lam=60.0),
+    "a first command alone": SLIDE.with_(duration=0.04),
     "a map whose landmarks are all around": SLIDE.with_(
         points=[(40, 0.3, 30), (-20, 0.1, 25), (3, 10, 60)], position=(0.3, 0.1, 0.0),
         euler_xyz_deg=(0, 0, 0), V=(0.5, 0, 0),

@@ -73,7 +73,7 @@ def _times(scenario: Description, span: float) -> Iterator[Question]:
                 # A predictor may believe in whatever latency one likes.
                 name == "period" or (value * lam > WAITING and name != "tau_hat"),
             )
-        elif name == "latency" and value > span >= scenario.vision.period:
+        elif name == "latency" and value > span >= scenario.vision.period and value * lam > 1:
             yield Question(
                 "vision.latency",
                 f"{value:g} s is longer than the run of {span:g} s, which so never sees an image "

@@ -122,7 +122,7 @@ def _base(scenario: Scenario) -> Scenario:
 def _left_out(scenario: Scenario) -> list[str]:
     """What the scenario has and the comparison does without, in a sentence."""
     given, kept = (
-        side.model_dump(exclude={"name", "description", "motion"})
+        side.model_dump(exclude={"name", "description", "sure", "motion"})
         for side in (scenario, scenario.ideal.with_(placement="measurement"))
     )
     names = [
