@@ -135,7 +135,7 @@ def _control_system(what: str, system: Any) -> Subject | None:
     top = math.pi / period if discrete else math.inf
     if frd:
         omega = np.asarray(system.omega, float)
-        values = np.asarray(system.eval(omega), complex).ravel()
+        values = np.asarray(system.complex, complex).ravel()
         known = (omega > 0) & np.isfinite(values)
         if known.sum() < 2:
             raise InputError(f"{what}: {name} holds fewer than two frequencies above 0.")
