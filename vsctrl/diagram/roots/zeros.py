@@ -17,6 +17,7 @@ from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.diagram.realisation.assembly import realise
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.roots import box, rectangle, rightmost
+from vsctrl.diagram.roots.order import first, ordered
 from vsctrl.diagram.symbolic.coefficients import BlockCoefficients
 from vsctrl.diagram.symbolic.quasi_polynomial import QuasiPolynomial
 from vsctrl.errors import InputError
@@ -43,7 +44,7 @@ def zeros(sides: tuple[QuasiPolynomial, QuasiPolynomial], n: int) -> Complex:
         if len(own) >= n or len(found) < asked:
             break
         asked = asked + 2 * (n - len(own)) + 2
-    return rightmost.first(own, n)
+    return first(own, n)
 
 
 def zeros_in(sides: tuple[QuasiPolynomial, QuasiPolynomial], re: object, im: object) -> Complex:
@@ -63,7 +64,7 @@ def zeros_in(sides: tuple[QuasiPolynomial, QuasiPolynomial], re: object, im: obj
         return np.zeros(0, complex)
     rectangle.check_reach("zeros_in", across, system, "re" if mirror > 0 else "−re")
     found = mirror * box.roots_in(system, across, up).roots
-    return rightmost.ordered(_unshared(found, den, num))
+    return ordered(_unshared(found, den, num))
 
 
 def _dynamics(num: QuasiPolynomial) -> DelaySystem | None:

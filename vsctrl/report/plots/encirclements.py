@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vsctrl.diagram.channel import OpenLoop
-from vsctrl.diagram.frequency.hidden_roots import AT_ZERO, lowest_corner
+from vsctrl.diagram.frequency.hidden_roots import AT_ROOT, lowest_corner
 from vsctrl.diagram.roots.argument_principle import count_right_of
 from vsctrl.diagram.sampled.channel import SampledLoop
 from vsctrl.report.plots.margin_words import roots
@@ -53,7 +53,7 @@ def count(system: Any) -> Count | None:
     """
     if isinstance(system, OpenLoop):
         m = system.margins()
-        width = AT_ZERO * lowest_corner(system)
+        width = AT_ROOT * lowest_corner(system)
         hidden = sum(root.real > width for root in m.hidden_roots)
         return Count(count_right_of(system.realisation, width) - hidden, m.unstable_roots)
     if isinstance(system, SampledLoop):
