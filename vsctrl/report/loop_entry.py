@@ -215,7 +215,7 @@ def _check(loop: Loop) -> list[Section]:
             "Every face against every other",
             [
                 Verbatim("The faces of this loop, each by its own way", str(found)),
-                "They agree." if found.ok else "SOME DISAGREE: see the table.",
+                "They agree." if found.passed else "SOME DISAGREE: see the table.",
             ],
         )
     ]
