@@ -6,21 +6,26 @@ ends in one sentence on stderr and exit code 2.
 
 import click
 
+from vsctrl.cli.bode import bode
+from vsctrl.cli.compare import compare
 from vsctrl.cli.derive import derive
 from vsctrl.cli.loop import loop
+from vsctrl.cli.margins import margins
 from vsctrl.cli.new import new
 from vsctrl.cli.options import EXIT_CODES
 from vsctrl.cli.output import Commands
 from vsctrl.cli.report import report
+from vsctrl.cli.roots import roots
 from vsctrl.cli.simulate import simulate
+from vsctrl.cli.step import step
 
 # What people come for, and what they type then.
 _FIRST = """\
-How fast may a loop with dead time go?   vsctrl loop --gain 2.5 --delay 0.08 --period 0.04
-How far behind will a camera be?         vsctrl report
-Describe a loop or an experiment:        vsctrl new fopdt > mine.toml, edit, vsctrl report mine.toml
-Run it frame by frame:                   vsctrl simulate mine.toml --set lam=5 --plot run.png
-Derive an interaction matrix:            vsctrl derive point --emit numpy"""
+Describe a loop with dead time, or a camera:   vsctrl new fopdt > mine.toml  (vsctrl new: all)
+Is it stable, how far off, how fast, and why:  vsctrl report mine.toml --open
+How close is it to shaking:                    vsctrl margins mine.toml      (bode, step, roots)
+Which of two is better:                        vsctrl compare mine.toml other.toml
+How far behind will a camera be, by a run:     vsctrl simulate camera.toml   (vsctrl new sliding)"""
 _EPILOG = f"""{EXIT_CODES}
 
 \b
@@ -39,10 +44,10 @@ Completion of commands and options, in the shell's start file:
 @click.version_option(package_name="vsctrl", message="vsctrl %(version)s")
 @click.pass_context
 def main(ctx: click.Context) -> None:
-    """How far behind a visual-servoing camera will be, how fast it may go, and why."""
+    """Loops with dead time, and cameras that servo: stable, how far off, how fast, and why."""
     if ctx.invoked_subcommand is None:
         click.echo(_FIRST)
 
 
-for command in (new, report, loop, simulate, derive):
+for command in (new, report, compare, margins, bode, step, roots, loop, simulate, derive):
     main.add_command(command)

@@ -15,6 +15,7 @@ import click
 from vsctrl.errors import InputError, cut
 
 if TYPE_CHECKING:
+    from vsctrl.diagram import Loop
     from vsctrl.servo import Scenario
 
 C = TypeVar("C", bound=Callable[..., Any])
@@ -89,6 +90,21 @@ def scenario(path: Path | None, given: Iterable[str]) -> Scenario:
     for doubt in chosen.doubts:
         click.echo(f"vsctrl: note: {visible(doubt)}", err=True)
     return chosen
+
+
+def described(path: Path | None, given: Iterable[str]) -> Loop | Scenario:
+    """What a file describes, a loop or a scenario, with its settings; see `scenario`."""
+    from vsctrl.documents import load
+    from vsctrl.servo import Scenario
+
+    if path is None:
+        return scenario(None, given)
+    found = load(path)
+    if isinstance(found, Scenario):
+        return scenario(path, given)
+    from vsctrl.cli.asked import with_settings
+
+    return with_settings(found, given)
 
 
 def typed(path: Path | None, given: Iterable[str]) -> str:

@@ -123,7 +123,9 @@ def _responses(loop: Loop, prefix: str) -> list[Section]:
         channels = [loop.system[one.input, signal] for signal in loop.watched]
         shown = _drawn_response(loop, one.signal, channels)
         if shown is not None:
-            parts.append(f"{one.kind.capitalize()} of {one.size:g} in {one.input}.")
+            plots.in_unit(shown, loop.time_unit)
+            size = f"{one.size:g}".replace("-", "−")
+            parts.append(f"{one.kind.capitalize()} of {size} in {one.input}.")
             parts.append(figure(shown, prefix, f"response{i}"))
     table = step_table(loop)
     if table is not None:

@@ -17,8 +17,12 @@ from vsctrl.report.rendering import fragment
 from vsctrl.report.section import Entry, Part, Picture, Section, Table, Verbatim
 from vsctrl.report.verdict import verdict
 from vsctrl.report.wording import digits, length
-from vsctrl.servo import Scenario
-from vsctrl.study.examination.examination import Examination, examination
+from vsctrl.servo import Run, Scenario
+from vsctrl.study.examination.examination import (
+    Examination,
+    examination,
+    examination_of_run,
+)
 from vsctrl.study.examination.positioning import Arrival
 from vsctrl.study.statements import about as statements_about
 from vsctrl.tables import escaped
@@ -36,15 +40,27 @@ def scenario_entry(
     """All that is known of a scenario; `prefix` keeps the ids of figures on one page apart."""
     x = examination(scenario, progress)
     progress("page and figures")
+    return _entry(x, "scenario", prefix)
+
+
+def run_entry(run: Run, prefix: str, progress: Callable[[str], None] = lambda step: None) -> Entry:
+    """The same of a run that there is already: it is judged, and no other one is made."""
+    x = examination_of_run(run, progress)
+    progress("page and figures")
+    return _entry(x, "run", prefix)
+
+
+def _entry(x: Examination, kind: str, prefix: str) -> Entry:
+    scenario = x.scenario
     return Entry(
-        kind="scenario",
+        kind=kind,
         name=scenario.name,
         about=_about(scenario),
         verdict=verdict(x),
         sections=[
             *_positioning(x, prefix),
             *(figure_1_sections(x.figure_1, prefix) if x.figure_1 else _own_loop(x, prefix)),
-            *_paper(scenario),
+            *(_paper(scenario) if kind == "scenario" else []),
             Section(
                 "file",
                 "The scenario",

@@ -1,12 +1,116 @@
-"""What several entries of a page have in common, in one table: the answers beside each other."""
+"""What several entries of a page have in common: the answers in one table, curves in one figure."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import Any
 
-from vsctrl.report.section import Entry, Section
+from vsctrl.errors import InputError, LimitError
+from vsctrl.report import plots
+from vsctrl.report.loop_entry import figure
+from vsctrl.report.section import Entry, Part, Section, Table
+from vsctrl.report.wording import digits, length, per_second, seconds, time
+
+PREFIX = "together"  #: of the ids of figures that are about several entries
 
 
 def together(entries: Sequence[Entry]) -> list[Section]:
-    """Sections about all entries; none where there is only one."""
-    return []
+    """Sections about all loops, and all scenarios, of a page; none where there is only one."""
+    loops = [each for each in entries if each.kind == "loop"]
+    scenarios = [each for each in entries if each.kind == "scenario" and each.source.loop]
+    sections = []
+    if len(loops) > 1:
+        sections.append(Section("loops", "The loops beside each other", _of_loops(loops)))
+    if len(scenarios) > 1:
+        title = "The scenarios beside each other"
+        sections.append(Section("scenarios", title, _of_scenarios(scenarios)))
+    return sections
+
+
+# Loops -------------------------------------------------------------------------------------------
+def _of_loops(entries: list[Entry]) -> list[Part]:
+    parts: list[Part] = [_loop_table(entries)]
+    names = [each.name for each in entries]
+    loops = [each.source for each in entries]
+    opened = [loop.open for loop in loops if loop.opened]
+    if len(opened) == len(loops):
+        parts.append(figure(plots.bode(*opened, names=names), PREFIX, "bode"))
+        parts.append(figure(plots.nyquist(*opened, names=names), PREFIX, "nyquist"))
+    steps = [_first_step(loop) for loop in loops]
+    if None not in steps:
+        last = max(loop.horizon for loop in loops)
+        drawn = plots.step(*steps, t=last, names=names)
+        plots.in_unit(drawn, loops[0].time_unit)
+        parts.append(figure(drawn, PREFIX, "step"))
+    return parts
+
+
+def _first_step(loop: Any) -> Any:
+    """The channel from the first input that gets a step to the first signal that is watched."""
+    inputs = [one.input for one in loop.applied if one.kind == "step"]
+    if not inputs or not loop.watched:
+        return None
+    return loop.system[inputs[0], loop.watched[0]]
+
+
+def _loop_table(entries: list[Entry]) -> Table:
+    rows = []
+    for each in entries:
+        loop, margins = each.source, each.data["margins"] or {}
+        unit = loop.time_unit
+        info = _step_info(loop)
+        rows.append(
+            (
+                each.name,
+                {"good": "stable", "warning": "stable, little margin"}.get(
+                    str(each.verdict.kind), "unstable"
+                ),
+                _or_dash(margins.get("gain"), lambda value: f"× {digits(value, 4)}"),
+                _or_dash(margins.get("phase"), lambda value: f"{math.degrees(value):.4g}°"),
+                _or_dash(margins.get("delay"), lambda value, unit=unit: time(value, unit)),
+                _or_dash(margins.get("peak_sensitivity"), lambda value: digits(value, 4)),
+                "–" if info is None else time(info.settling_time, unit),
+                "–" if info is None or info.overshoot is None else f"{100 * info.overshoot:.3g} %",
+            )
+        )
+    heads = ("", "verdict", "gain margin", "phase", "delay", "Ms", "settling 2 %", "overshoot")
+    return Table(heads, rows, left=2)
+
+
+def _step_info(loop: Any) -> Any:
+    channel = _first_step(loop)
+    try:
+        info = None if channel is None else channel.step_info()
+    except (InputError, LimitError):
+        return None
+    return info if info is not None and math.isfinite(info.settling_time) else None
+
+
+def _or_dash(value: float | None, shown: Any) -> str:
+    return "no limit" if value is None else str(shown(value))
+
+
+# Scenarios ---------------------------------------------------------------------------------------
+def _of_scenarios(entries: list[Entry]) -> list[Part]:
+    rows = []
+    for each in entries:
+        x = each.source
+        constant = None if x.advice is None else x.advice.constant
+        last = x.last
+        side = "" if not last.along_motion else " behind" if last.mean < 0 else " ahead"
+        where = f"{length(abs(last.mean))} ± {length(last.half_range)}{side}"
+        rows.append(
+            (
+                each.name,
+                "stable" if x.loop.is_stable else "unstable",
+                per_second(x.loop.elements.lam),
+                per_second(x.loop.gain_limit) if math.isfinite(x.loop.gain_limit) else "no limit",
+                "–" if constant is None else seconds(constant),
+                where if x.run.status.complete else f"ends at {x.run.t[-1]:g} s",
+            )
+        )
+    heads = ("", "loop", "λ", "stable up to", "errors fall to 1/e in", "last quarter of the run")
+    names = [each.name for each in entries]
+    drawn = plots.distances([each.source.run for each in entries], names)
+    return [Table(heads, rows, left=2), figure(drawn, PREFIX, "distances")]

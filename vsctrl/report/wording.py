@@ -37,7 +37,7 @@ def listed(names: Sequence[str]) -> str:
 
 def digits(value: float, n: int) -> str:
     """A number to n significant digits."""
-    return f"{Decimal(f'{value:.{n}g}'):f}"
+    return f"{Decimal(f'{value:.{n}g}'):f}".replace("-", "−")
 
 
 #: seconds in a unit of time in which a loop is told

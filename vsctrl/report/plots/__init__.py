@@ -25,6 +25,7 @@ from vsctrl.report.plots.paper import paths as paths
 from vsctrl.report.plots.paper import velocities as velocities
 from vsctrl.report.plots.parameter_margins import margins as margins
 from vsctrl.report.plots.positioning import arrival as arrival
+from vsctrl.report.plots.positioning import distances as distances
 from vsctrl.report.plots.positioning import predicted_lag as predicted_lag
 from vsctrl.report.plots.remedies import remedies as remedies
 from vsctrl.report.plots.responses import errors as errors
@@ -45,6 +46,7 @@ from vsctrl.report.plots.style import STYLE as STYLE
 from vsctrl.report.plots.style import WITH as WITH
 from vsctrl.report.plots.style import WITHOUT as WITHOUT
 from vsctrl.report.plots.style import to_svg as to_svg
+from vsctrl.report.plots.time_responses import in_unit as in_unit
 from vsctrl.report.plots.time_responses import response as response
 from vsctrl.report.plots.time_responses import step as step
 from vsctrl.report.plots.time_responses import time_response as time_response

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,8 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vsctrl.arrays import Array
+from vsctrl.report.plots.canvas import plain
 from vsctrl.report.plots.run import AXES
-from vsctrl.report.plots.style import EXACT, GREY, INK, WITHOUT, drawing, takes
+from vsctrl.report.plots.style import EXACT, GREY, INK, SERIES, WITHOUT, drawing, takes
 from vsctrl.servo import Run
 from vsctrl.study.examination.examination import Examination
 
@@ -60,6 +62,25 @@ def predicted_lag(x: Examination) -> Figure:
             axes.legend(loc="upper right", ncols=3)
         axes.set_xlabel("t, s")
         axes.set_xlim(0, float(run.t[-1]) or None)
+    return figure
+
+
+def distances(runs: Sequence[Run], names: Sequence[str]) -> Figure:
+    """The distance of the camera from its reference over time, of several runs."""
+    with drawing(7.2, 3.6) as figure:
+        axes = figure.subplots()
+        top = 0.1
+        for i, (run, name) in enumerate(zip(runs, names, strict=True)):
+            away = 1e3 * np.linalg.norm(run.pose[:, :3, 3] - run.reference_pose[:, :3, 3], axis=1)
+            axes.plot(run.t, away, color=SERIES[i % len(SERIES)], label=plain(name))
+            if run.status.complete:
+                top = max(top, float(away.max()))
+            else:  # what runs away would hide all others
+                top = max(top, float(np.median(away)))
+        axes.set(xlabel="t, s", ylabel="distance, mm", ylim=(0, 1.1 * top), xlim=(0, None))
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower left", ncols=2)
+        figure.caption = "Distance of the camera from its reference, of each run."
+        figure.alt = "Distances from the reference over time."
     return figure
 
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from vsctrl.arrays import Array
 from vsctrl.checks import positive, quoted
@@ -135,6 +136,20 @@ def time_response(data: Any, *, ax: Any = None, size: Size = None) -> Figure:
         about = f"Response of {', '.join(map(plain, names)) or 'a system'} to {t[-1]:.3g} s."
         say(figure, axes, "", about, about)
     return figure
+
+
+def in_unit(figure: Figure, unit: str) -> None:
+    """Let a figure over t in s tell its times in another unit, "ms", "min" or "h"."""
+    size = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}[unit]
+    for axes in figure.axes:
+        if axes.get_xlabel() != "t, s":
+            continue
+        axes.set_xlabel(f"t, {unit}")
+        low, high = (end / size for end in axes.get_xlim())
+        places = np.asarray(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
+        places = places[(places >= low) & (places <= high)]
+        axes.set_xticks(size * places, [f"{place:g}" for place in places])
+        axes.set_xlim(size * low, size * high)
 
 
 def _last(t: Any) -> Any:

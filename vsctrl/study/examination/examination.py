@@ -118,17 +118,29 @@ def examination(
             '"hold" for a goal at rest.'
         )
     progress("the loop")
-    own, no_loop = None, ""
-    try:
-        own = loop.of(scenario)
-    except InputError as error:
-        no_loop = str(error)
+    own, no_loop = _loop(scenario)
     progress("six-degree-of-freedom run")
-    run = simulate(scenario)
-    figure_1 = None
+    run, figure_1 = simulate(scenario), None
     if own is not None and not scenario.beyond_theory and scenario.motion.kind != "hold":
         try:
             figure_1 = examine(scenario, progress)
         except InputError:  # nothing to compare: a motion that does not translate
             figure_1 = None
     return Examination(scenario, run, own, no_loop, figure_1)
+
+
+def examination_of_run(
+    run: Run, progress: Callable[[str], None] = lambda step: None
+) -> Examination:
+    """The same of a run that there is already, without the paper's comparison."""
+    progress("the loop")
+    own, no_loop = _loop(run.scenario)
+    return Examination(run.scenario, run, own, no_loop, None)
+
+
+def _loop(scenario: Scenario) -> tuple[ScenarioLoop | None, str]:
+    """The loop of a scenario, or the sentence that says why there is none."""
+    try:
+        return loop.of(scenario), ""
+    except InputError as error:
+        return None, str(error)
