@@ -85,3 +85,9 @@ def test_poles_show_that_a_chain_reaches_right_of_the_axis(late):
 def test_what_is_no_rectangle_is_refused(re):
     with pytest.raises(InputError, match="roots_in: re ="):
         figure1().at(WORKING).roots_in(re=re, im=(0, 1))
+
+
+def test_gains_alone_have_no_roots():
+    parts = [vs.Sum("e = r - y"), vs.Block("gain", 6, "e -> y")]
+    found = vs.Diagram(parts).at().roots_in(re=(-1, 1), im=(-1, 1))
+    assert found.certified and found.count == 0 and len(found.roots) == 0

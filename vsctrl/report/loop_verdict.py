@@ -108,7 +108,7 @@ def _limits(loop: Loop, margins: Margins | None) -> list[str]:
     text = f"Opened at {loop.opened}, {' and '.join(parts)} before it shakes"
     text += f"; Ms = {margins.peak_sensitivity:.3g}"
     if margins.peak_sensitivity > ROBUST:
-        text += f", above {ROBUST:g}, is little: lower the gain"
+        text += f" is above {ROBUST:g}, which is little margin: lower the gain"
     return [text + "."]
 
 

@@ -93,6 +93,8 @@ def roots_in(system: DelaySystem, re: Side, im: Side) -> RootsIn:
 
 def search(system: DelaySystem, re: Side, im: Side, known: Complex) -> Found:
     """The roots in a rectangle, some of which may be known; times in units of the longest delay."""
+    if not len(system.A) and not system.delays:
+        return Found(np.zeros(0, complex), 0)  # gains alone have no roots
     count = count_in(system, re, im)
     if count is not None and count > MOST_ROOTS:
         raise LimitError(
