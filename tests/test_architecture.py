@@ -345,3 +345,17 @@ def test_what_keeps_results_leaves_them_behind_when_it_travels():
 
     assert len(keeping) > 15
     assert [name for name, own in keeping if "Caching" not in above(own)] == []
+
+
+def test_what_people_type_is_quoted_at_most_a_line_long():
+    """`!r` in a sentence would print a name of ten thousand letters whole."""
+    generates_code = {ROOT / "vsctrl" / "derive" / "emit" / "c.py"}
+    found = [
+        str(path.relative_to(ROOT))
+        for path in sorted((ROOT / "vsctrl").rglob("*.py"))
+        if path not in generates_code
+        and "InputError" in (text := path.read_text())
+        and "!r}" in text
+    ]
+    # Names of ours: one that is near what was typed, and one that Python asks for.
+    assert found == ["vsctrl/__init__.py", "vsctrl/errors.py"]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vsctrl import files, toml
+from vsctrl.checks import quoted
 from vsctrl.errors import InputError, nearest
 from vsctrl.problems import FieldsError
 
@@ -46,7 +47,7 @@ def kind_of(text: str) -> str:
     if keys & SCENARIO and not keys & LOOP:
         return "scenario"
     if keys & LOOP:
-        both = f"[[block]] or {min(keys & LOOP)!r} and [{min(keys & SCENARIO)}]"
+        both = f"[[block]] or {quoted(min(keys & LOOP))} and [{min(keys & SCENARIO)}]"
         problem = f"holds {both}; a loop has blocks and a scenario a camera, and no file both"
     else:
         hint = next((h for key in sorted(keys) if (h := nearest(key, LOOP | SCENARIO))), "")
@@ -65,7 +66,9 @@ def schema(kind: str) -> str:
         from vsctrl import servo
 
         return servo.schema()
-    raise InputError(f"schema: {kind!r} is unknown{nearest(kind, KINDS)}; choose loop or scenario.")
+    raise InputError(
+        f"schema: {quoted(kind)} is unknown{nearest(kind, KINDS)}; choose loop or scenario."
+    )
 
 
 def _reader(kind: str) -> Callable[[str], Loop | Scenario]:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
-from vsctrl.errors import InputError, nearest
+from vsctrl.errors import InputError, cut, nearest
 from vsctrl.vocabulary import meant
 
 P = ParamSpec("P")
@@ -28,8 +28,8 @@ def keywords(function: Callable[P, R]) -> Callable[P, R]:
         for word, value in given.items():
             if word not in names and (not takes_any or meant(word, names)):
                 raise InputError(
-                    f"{name}: there is no argument {word!r}{nearest(word, names, value)}; "
-                    f"it takes {', '.join(names) or 'none'}."
+                    f"{name}: there is no argument {cut(repr(word), 60)}"
+                    f"{nearest(word, names, value)}; it takes {', '.join(names) or 'none'}."
                 )
         return function(*arguments, **given)
 

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from vsctrl.checks import quoted
 from vsctrl.cli import options
 from vsctrl.errors import InputError
 from vsctrl.files import write
 
 if TYPE_CHECKING:
     from vsctrl.diagram import Loop
+    from vsctrl.servo import Scenario
 
 C = TypeVar("C", bound=Callable[..., Any])
 
@@ -55,6 +57,19 @@ def asked(path: Path, given: Iterable[str]) -> Asked:
     return Asked(with_settings(found, given))
 
 
+def described(path: Path | None, given: Iterable[str]) -> Loop | Scenario:
+    """What a file describes, a loop or a scenario, with its settings; the paper's slide without."""
+    from vsctrl.documents import load
+    from vsctrl.servo import Scenario
+
+    if path is None:
+        return options.scenario(None, given)
+    found = load(path)
+    if isinstance(found, Scenario):
+        return options.scenario(path, given)
+    return with_settings(found, given)
+
+
 def with_settings(loop: Loop, given: Iterable[str]) -> Loop:
     """A loop with parameters changed, each a number or ``5 min``. Errors: `InputError`."""
     from vsctrl.diagram.document.units import quantity
@@ -65,7 +80,8 @@ def with_settings(loop: Loop, given: Iterable[str]) -> Loop:
         if key not in loop.values:
             known = ", ".join(loop.values) or "none"
             raise InputError(
-                f"--set: the loop has no parameter {key!r}{nearest(key, loop.values)}; it has "
+                f"--set: the loop has no parameter {quoted(key)}{nearest(key, loop.values)}; it "
+                "has "
                 f"{known}."
             )
         try:
@@ -105,7 +121,7 @@ def draw(figure: Any, path: Path) -> None:
 
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise InputError(f"--plot: {str(path)!r} does not end in .png, .svg or .pdf.")
+        raise InputError(f"--plot: {quoted(str(path))} does not end in .png, .svg or .pdf.")
     write(path, picture(figure, suffix), "figure")
     click.echo(str(path), err=True)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from vsctrl.cli import options
+from vsctrl.cli import asked, options
 from vsctrl.cli.progress import Progress
 
 
@@ -47,7 +47,7 @@ def compare(
     report = Report(" · ".join(names))
     with Progress() as progress:
         for path, name in zip(files, names, strict=True):
-            report.add(options.described(path, settings), name, progress.step)
+            report.add(asked.described(path, settings), name, progress.step)
         written = report.write(out, command=command)
     for entry in written.entries:
         click.echo(visible(entry.name))

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from vsctrl.checks import quoted
 from vsctrl.errors import InputError, cut
 
 if TYPE_CHECKING:
-    from vsctrl.diagram import Loop
     from vsctrl.servo import Scenario
 
 C = TypeVar("C", bound=Callable[..., Any])
@@ -67,7 +67,7 @@ def pairs(given: Iterable[str]) -> dict[str, str]:
         key, equals, value = setting.partition("=")
         if not (equals and key.strip()):
             raise InputError(
-                f"--set: {cut(setting, LONGEST)!r} has no {'key' if equals else 'value'}; "
+                f"--set: {quoted(cut(setting, LONGEST))} has no {'key' if equals else 'value'}; "
                 "write it as --set lam=5."
             )
         out[key.strip()] = value.strip()
@@ -90,21 +90,6 @@ def scenario(path: Path | None, given: Iterable[str]) -> Scenario:
     for doubt in chosen.doubts:
         click.echo(f"vsctrl: note: {visible(doubt)}", err=True)
     return chosen
-
-
-def described(path: Path | None, given: Iterable[str]) -> Loop | Scenario:
-    """What a file describes, a loop or a scenario, with its settings; see `scenario`."""
-    from vsctrl.documents import load
-    from vsctrl.servo import Scenario
-
-    if path is None:
-        return scenario(None, given)
-    found = load(path)
-    if isinstance(found, Scenario):
-        return scenario(path, given)
-    from vsctrl.cli.asked import with_settings
-
-    return with_settings(found, given)
 
 
 def typed(path: Path | None, given: Iterable[str]) -> str:

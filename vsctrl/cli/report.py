@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from vsctrl.cli import options
+from vsctrl.cli import asked, options
 from vsctrl.cli.output import echo_document, echo_json
 from vsctrl.cli.progress import Progress
 
@@ -50,7 +50,7 @@ def report(
 
         echo_json(ReportData.model_json_schema())
         return
-    chosen = options.described(file, settings)
+    chosen = asked.described(file, settings)
     from vsctrl.report import write_report
     from vsctrl.tables import visible
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from vsctrl.checks import quoted
 from vsctrl.cli import options
 from vsctrl.cli.options import examples
 from vsctrl.cli.output import echo_json
@@ -101,7 +102,7 @@ def _targets(scenario: Path | None, wanted: dict[str, Path | None]) -> dict[str,
         if not problem and real in taken:
             problem = f"is the file of {taken[real]}, too; give each a name of its own"
         if problem:
-            raise InputError(f"{option}: {str(path)!r} {problem}.")
+            raise InputError(f"{option}: {quoted(str(path))} {problem}.")
         taken[real] = option
     return files
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 import numpy as np
 
+from vsctrl.checks import quoted
 from vsctrl.cli import asked, options
 from vsctrl.cli.output import echo_json
 from vsctrl.errors import InputError, nearest
@@ -70,5 +71,7 @@ def _signal(
         return (usual or known)[0]
     if name not in known:
         listed = ", ".join(known)
-        raise InputError(f"{option}: {name!r} is no signal{nearest(name, known)}; it has {listed}.")
+        raise InputError(
+            f"{option}: {quoted(name)} is no signal{nearest(name, known)}; it has {listed}."
+        )
     return name

@@ -11,6 +11,7 @@ from typing import Any
 from sympy import Dummy, Expr, ImmutableMatrix, S, Symbol
 
 from vsctrl.caching import Caching
+from vsctrl.checks import quoted
 from vsctrl.derive.inputs import decimals, scalar, symbols_in
 from vsctrl.derive.kinematics.interaction import point_velocity
 from vsctrl.errors import InputError
@@ -37,7 +38,7 @@ class Camera(Caching):
         for field, size in (("focal", 2), ("centre", 2), ("distortion", None)):
             numbers = getattr(self, field)
             if not isinstance(numbers, tuple | list) or (size and len(numbers) != size):
-                raise InputError(f"Camera: {field} = {numbers!r} must be a pair of numbers.")
+                raise InputError(f"Camera: {field} = {quoted(numbers)} must be a pair of numbers.")
             entries = (scalar(f"Camera: {field}[{i}]", e) for i, e in enumerate(numbers))
             object.__setattr__(self, field, tuple(map(decimals, entries)))
         object.__setattr__(self, "skew", decimals(scalar("Camera: skew", self.skew)))
@@ -86,7 +87,7 @@ def checked_camera(camera: Any) -> Camera:
     """The camera itself. Errors: `InputError` for what is none."""
     if not isinstance(camera, Camera):
         raise InputError(
-            f"camera = {camera!r} is no camera; give derive.PIXELS or "
+            f"camera = {quoted(camera)} is no camera; give derive.PIXELS or "
             "derive.Camera(focal=(…, …), centre=(…, …)), or leave it out for normalised "
             "coordinates."
         )

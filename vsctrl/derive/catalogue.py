@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from vsctrl.checks import quoted
 from vsctrl.derive.camera import PIXELS
 from vsctrl.derive.emit import emit
 from vsctrl.derive.emit.mathematics import as_text
@@ -96,14 +97,14 @@ def named(name: str, *, pixels: bool = False) -> VisualFeature:
     """
     if name not in FEATURES:
         raise InputError(
-            f"feature: {name!r} is not known{nearest(name, FEATURES)}; choose one of "
+            f"feature: {quoted(name)} is not known{nearest(name, FEATURES)}; choose one of "
             f"{', '.join(FEATURES)}."
         )
     make = FEATURES[name]
     if not pixels:
         return make()
     if "camera" not in inspect.signature(make).parameters:
-        raise InputError(f"pixels: feature {name!r} takes no camera; leave pixels out.")
+        raise InputError(f"pixels: feature {quoted(name)} takes no camera; leave pixels out.")
     return make(camera=PIXELS)
 
 

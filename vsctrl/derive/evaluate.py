@@ -127,13 +127,14 @@ def _named(feature: str, names: Sequence[str], values: Mapping[str, Any]) -> dic
     for name in values:
         if name not in names:
             raise InputError(
-                f"{name} is no argument of feature {feature!r}{nearest(name, names)}; it has "
+                f"{name} is no argument of feature {quoted(feature)}{nearest(name, names)}; it has "
                 f"{', '.join(names)}."
             )
     missing = [name for name in names if name not in values]
     if missing:
         raise InputError(
-            f"Feature {feature!r} needs numbers for {', '.join(missing)} as well; its arguments "
+            f"Feature {quoted(feature)} needs numbers for {', '.join(missing)} as well; its "
+            "arguments "
             f"are {', '.join(names)}."
         )
     return {name: _numbers(name, values[name]) for name in names}
@@ -214,7 +215,8 @@ def _singular(compiled: _Compiled, there: Mapping[str, Any], index: str) -> str:
     values = ", ".join(f"{name} = {value:.6g}" for name, value in there.items())
     why = "the feature is singular there" if real else "it is not real there"
     return (
-        f"L of feature {compiled.name!r} has no finite value at {where}{values}, in row {which}: "
+        f"L of feature {quoted(compiled.name)} has no finite value at {where}{values}, in row "
+        f"{which}: "
         f"{why}; leave this place out."
     )
 

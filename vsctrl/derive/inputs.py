@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 
 import sympy as sp
 
+from vsctrl.checks import quoted
 from vsctrl.errors import InputError
 
 #: Three numbers or expressions, or a 3×1 matrix.
@@ -35,7 +36,7 @@ def scalar(name: str, value: Any) -> sp.Expr:
         expression = None
     if not isinstance(expression, sp.Expr) or expression.has(sp.nan, sp.oo, -sp.oo, sp.zoo):
         raise InputError(
-            f"{name} = {value!r} is not a finite number or a SymPy expression; "
+            f"{name} = {quoted(value)} is not a finite number or a SymPy expression; "
             "give a number or an expression of vsctrl.symbols."
         )
     return expression
@@ -68,7 +69,7 @@ def vector(name: str, value: Vector) -> sp.ImmutableMatrix:
         with suppress(TypeError):
             entries = list(value)
     if len(entries) != 3:
-        raise InputError(f"{name} = {value!r} is not a vector; give its three components.")
+        raise InputError(f"{name} = {quoted(value)} is not a vector; give its three components.")
     return sp.ImmutableMatrix([scalar(f"{name}[{i}]", entry) for i, entry in enumerate(entries)])
 
 

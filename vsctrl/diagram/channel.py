@@ -340,7 +340,9 @@ class OpenLoop(Channel):
     def _pade_on(self, on: object, order: object, tol: object, band: object) -> PadeModel:
         if on != "margins":
             hint = nearest(on, ("response", "margins"))
-            raise InputError(f"pade: on = {on!r} is unknown{hint}; give 'response' or 'margins'.")
+            raise InputError(
+                f"pade: on = {quoted(on)} is unknown{hint}; give 'response' or 'margins'."
+            )
         return pade_order.model_for(self, self.margins, order, tol, band)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from vsctrl import files, toml
+from vsctrl.checks import quoted
 from vsctrl.diagram.description import interconnected, renaming
 from vsctrl.diagram.description.blocks import Subdiagram
 from vsctrl.diagram.document import read, write
@@ -99,7 +100,9 @@ class Diagram(Model):
         Python identifiers. Delays are in seconds and not negative.
         """
         if values is not None and not isinstance(values, Mapping):
-            raise InputError(f"at: {values!r} gives no names; write at(lam=2.5, …) or a mapping.")
+            raise InputError(
+                f"at: {quoted(values)} gives no names; write at(lam=2.5, …) or a mapping."
+            )
         return System(self, self.numbers({**(values or {}), **keywords}))
 
     def _repr_svg_(self) -> str:

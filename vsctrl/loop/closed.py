@@ -8,6 +8,7 @@ from functools import cache
 
 import sympy as sp
 
+from vsctrl.checks import quoted
 from vsctrl.errors import InputError
 from vsctrl.keywords import keywords
 from vsctrl.loop.figure1 import Placement, check_placement, diagram
@@ -25,7 +26,9 @@ def pole(branch: int = 0) -> sp.Expr:
     for a branch that is no integer.
     """
     if isinstance(branch, bool) or not isinstance(branch, int | sp.Integer):
-        raise InputError(f"pole: branch = {branch!r} is none; give an integer, 0 for the dominant.")
+        raise InputError(
+            f"pole: branch = {quoted(branch)} is none; give an integer, 0 for the dominant."
+        )
     return _principal_pole().replace(sp.LambertW, lambda a: sp.LambertW(a, branch))
 
 
@@ -124,5 +127,5 @@ def _pade_gain_limit(order: int) -> sp.Expr:
 
 def _count(name: str, value: int) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise InputError(f"{name} = {value!r} is none; give an integer from 1 on.")
+        raise InputError(f"{name} = {quoted(value)} is none; give an integer from 1 on.")
     return value

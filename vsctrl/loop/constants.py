@@ -9,6 +9,7 @@ from typing import Any
 
 import sympy as sp
 
+from vsctrl.checks import quoted
 from vsctrl.diagram import Diagram, Signal
 from vsctrl.errors import InputError
 from vsctrl.keywords import keywords
@@ -48,7 +49,7 @@ def error_constants(diagram: Diagram, signal: str, **values: float | sp.Expr) ->
     order, (leading, *_) = laurent.laurent(L, -99)
     if leading == 0:
         raise InputError(
-            f"error_constants: no loop runs through {signal!r}; open a signal of the loop."
+            f"error_constants: no loop runs through {quoted(signal)}; open a signal of the loop."
         )
     endless, leading = sp.oo * sp.sign(leading), sp.factor(leading)
     limits = (
@@ -75,7 +76,7 @@ def error_sensitivities(
     error = steady_error(diagram, signal, **where)
     if error.has(sp.oo, sp.zoo) or (relative and error == 0):
         raise InputError(
-            f"error_sensitivities: {signal!r} leaves the error {error}, which has no such "
+            f"error_sensitivities: {quoted(signal)} leaves the error {error}, which has no such "
             "sensitivity; give a signal that leaves a finite one."
         )
     present = error_transfer(diagram, **where).free_symbols

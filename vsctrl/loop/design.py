@@ -66,7 +66,7 @@ def gain_for(*, tau: float, kappa: float = 1.0, **criterion: float) -> float:
     [(name, value)] = criterion.items()
     if name not in _CRITERIA:
         raise InputError(
-            f"gain_for: there is no criterion {name!r}{nearest(name, _CRITERIA)}; "
+            f"gain_for: there is no criterion {check.quoted(name)}{nearest(name, _CRITERIA)}; "
             f"give one of {', '.join(_CRITERIA)}."
         )
     number = check.number(f"gain_for: {name}", value)

@@ -5,6 +5,7 @@ from typing import Literal, get_args
 
 import sympy as sp
 
+from vsctrl.checks import quoted
 from vsctrl.diagram import Block, Diagram, Sum
 from vsctrl.errors import InputError, nearest
 from vsctrl.keywords import keywords
@@ -43,7 +44,7 @@ def check_placement(placement: str) -> None:
     """Refuse a placement that is none. Errors: `InputError`."""
     if placement not in get_args(Placement):
         raise InputError(
-            f"placement: {placement!r} is unknown{nearest(placement, get_args(Placement))}; "
+            f"placement: {quoted(placement)} is unknown{nearest(placement, get_args(Placement))}; "
             f"choose {', '.join(get_args(Placement))}."
         )
 

@@ -44,7 +44,7 @@ def known(caller: str, diagram: Diagram, values: Mapping[str, Any]) -> dict[sp.S
     for name, value in values.items():
         if name not in names:
             raise InputError(
-                f"{caller}: there is no value {name!r}{nearest(name, names, value)}; "
+                f"{caller}: there is no value {check.quoted(name)}{nearest(name, names, value)}; "
                 f"give some of {', '.join(names)}."
             )
         if not check.is_symbolic(value):

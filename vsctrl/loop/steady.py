@@ -63,7 +63,7 @@ def steady_error(
         return _at(transfer, substitution, sp.I * exact(signal.omega), exact(signal.amplitude))
     if isinstance(signal, Exponential):
         return _at(transfer, substitution, exact(signal.rate), exact(signal.amplitude))
-    raise InputError(f"steady_error: {signal!r} has no steady error; give {SIGNALS}.")
+    raise InputError(f"steady_error: {check.quoted(signal)} has no steady error; give {SIGNALS}.")
 
 
 @keywords

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from sympy import Expr, ImmutableMatrix, S, Symbol
 
+from vsctrl.checks import quoted
 from vsctrl.derive.camera import PIXELS
 from vsctrl.derive.emit import pointsets
 from vsctrl.derive.emit.c import c_function
@@ -72,7 +73,8 @@ def emit(feature: VisualFeature, language: str = "numpy") -> str:
     if not isinstance(language, str) or language not in LANGUAGES:
         known = ", ".join(repr(name) for name in LANGUAGES)
         raise InputError(
-            f"language = {language!r} cannot be printed{nearest(language, LANGUAGES)}; choose one "
+            f"language = {quoted(language)} cannot be printed{nearest(language, LANGUAGES)}; "
+            "choose one "
             f"of {known}."
         )
     return LANGUAGES[language](feature)

@@ -10,6 +10,7 @@ from typing import Any
 
 from sympy import Expr, I, ImmutableMatrix, Integer, Symbol, cse, nan, oo, sqrt, zoo
 
+from vsctrl.checks import quoted
 from vsctrl.derive.kinematics.interaction import VisualFeature, interaction_matrix
 from vsctrl.errors import InputError
 
@@ -28,16 +29,17 @@ def computable(feature: VisualFeature) -> ImmutableMatrix:
     unknown = sorted(map(str, L.free_symbols - set(feature.arguments)))
     if unknown:
         raise InputError(
-            f"L of feature {name!r} is written in {', '.join(unknown)}, which its arguments leave "
+            f"L of feature {quoted(name)} is written in {', '.join(unknown)}, which its "
+            "arguments leave "
             "out; add them to its arguments."
         )
     if len({symbol.name for symbol in feature.arguments}) < len(feature.arguments):
-        raise InputError(f"Two arguments of feature {name!r} have the same name; rename one.")
+        raise InputError(f"Two arguments of feature {quoted(name)} have the same name; rename one.")
     for i in range(L.rows):
         for kind, words in ((I, "real"), ((nan, oo, -oo, zoo), "finite")):
             if L[i, :].has(*(kind if isinstance(kind, tuple) else (kind,))):
                 raise InputError(
-                    f"L of feature {name!r} is not {words} in row {i}; check its expressions."
+                    f"L of feature {quoted(name)} is not {words} in row {i}; check its expressions."
                 )
     return L
 

@@ -31,6 +31,7 @@ from sympy import (
 from sympy.polys.matrices import DomainMatrix
 
 from vsctrl.caching import Caching
+from vsctrl.checks import quoted
 from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.features.feature import are_symbols
 from vsctrl.derive.features.planes import PLANE, Plane, checked, velocity_on
@@ -69,8 +70,8 @@ class Primitive(Caching):
     def __post_init__(self) -> None:
         """Refuse what is no curve, before anything is derived from it."""
         if not isinstance(self.name, str) or not self.name.isidentifier():
-            raise InputError(f"The name {self.name!r} of a primitive must be an identifier.")
-        object.__setattr__(self, "plane", checked(f"Primitive {self.name!r}", self.plane))
+            raise InputError(f"The name {quoted(self.name)} of a primitive must be an identifier.")
+        object.__setattr__(self, "plane", checked(f"Primitive {quoted(self.name)}", self.plane))
         checked_camera(self.camera).require_straight()
         self._check_symbols()
         self._check_equation()
@@ -126,7 +127,8 @@ class Primitive(Caching):
         rows = algebra.independent_rows(M)
         if len(rows) < len(unknowns):
             raise InputError(
-                f"The shape of primitive {self.name!r} is not determined by its curve: different "
+                f"The shape of primitive {quoted(self.name)} is not determined by its curve: "
+                "different "
                 f"values of {', '.join(map(str, self.shape))} give the same one; fix one of them."
             )
         square = M.extract(rows, range(M.shape[1]))
@@ -134,7 +136,7 @@ class Primitive(Caching):
         if not algebra.vanishes(M * solution - R):
             raise InputError(
                 f"The shape does not follow the motion: a moving camera sees primitive "
-                f"{self.name!r} as a curve outside its family; give it more shape symbols."
+                f"{quoted(self.name)} as a curve outside its family; give it more shape symbols."
             )
         return solution.to_Matrix().as_immutable()
 
@@ -143,16 +145,20 @@ class Primitive(Caching):
             entries = getattr(self, field)
             if not are_symbols(entries):
                 raise InputError(
-                    f"{field} of primitive {self.name!r} must be a tuple of symbols whose names "
-                    f"are identifiers; got {entries!r}."
+                    f"{field} of primitive {quoted(self.name)} must be a tuple of symbols whose "
+                    "names "
+                    f"are identifiers; got {quoted(entries)}."
                 )
         if not self.shape:
-            raise InputError(f"Primitive {self.name!r} needs at least one symbol in its shape.")
+            raise InputError(
+                f"Primitive {quoted(self.name)} needs at least one symbol in its shape."
+            )
         names = [symbol.name for symbol in (X, Y, *self.arguments)]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             raise InputError(
-                f"Primitive {self.name!r} uses {', '.join(twice)} for two things; shape, plane, "
+                f"Primitive {quoted(self.name)} uses {', '.join(twice)} for two things; shape, "
+                "plane, "
                 "parameters and camera need distinct names, and X and Y are the image point."
             )
 
@@ -160,20 +166,22 @@ class Primitive(Caching):
         h = self.equation
         if not isinstance(h, Expr) or not h.free_symbols & {X, Y}:
             raise InputError(
-                f"The equation {h!r} of primitive {self.name!r} must be a SymPy expression in the "
+                f"The equation {quoted(h)} of primitive {quoted(self.name)} must be a SymPy "
+                "expression in the "
                 "image point, X and Y of vsctrl.symbols; it is 0 on the curve."
             )
         missing = [str(symbol) for symbol in self.shape if not h.has(symbol)]
         if missing:
             raise InputError(
-                f"The equation of primitive {self.name!r} does not hold {', '.join(missing)}; use "
+                f"The equation of primitive {quoted(self.name)} does not hold "
+                f"{', '.join(missing)}; use "
                 "the whole shape."
             )
         known = {X, Y, *self.shape, *self.parameters}
         unknown = sorted(str(symbol) for symbol in h.free_symbols - known)
         if unknown:
             raise InputError(
-                f"The equation of primitive {self.name!r} uses {', '.join(unknown)} without "
+                f"The equation of primitive {quoted(self.name)} uses {', '.join(unknown)} without "
                 "declaring it; add it to shape or parameters."
             )
         waves = expand_trig(h).atoms(Function)
@@ -181,7 +189,8 @@ class Primitive(Caching):
         rational = letters.is_rational_function(*letters.free_symbols)
         if not (h.is_polynomial(X, Y) and rational and all(map(_is_plain, waves))):
             raise InputError(
-                f"The equation {h} of primitive {self.name!r} must be a polynomial in X and Y with "
+                f"The equation {h} of primitive {quoted(self.name)} must be a polynomial in X "
+                "and Y with "
                 "coefficients of symbols and their sines and cosines, such as "
                 "X cos θ + Y sin θ − ρ."
             )

@@ -12,6 +12,7 @@ from itertools import chain
 from sympy import Expr, Float, ImmutableMatrix, Symbol, nan, oo, solve, zoo
 
 from vsctrl.caching import Caching
+from vsctrl.checks import quoted
 from vsctrl.derive.inputs import vanishes
 from vsctrl.derive.kinematics.interaction import (
     Coordinates,
@@ -52,7 +53,9 @@ class Feature(Caching):
     def __post_init__(self) -> None:
         """Refuse what is not a feature, before anything is derived from it."""
         if not isinstance(self.name, str) or not self.name.isidentifier():
-            raise InputError(f"The feature name {self.name!r} must be an identifier, like 'point'.")
+            raise InputError(
+                f"The feature name {quoted(self.name)} must be an identifier, like 'point'."
+            )
         self._check_shapes()
         self._check_dependence()
         self._check_smoothness()
@@ -77,7 +80,8 @@ class Feature(Caching):
         solutions = solve(equations, unknowns, dict=True)
         if len(solutions) != 1 or set(solutions[0]) != set(unknowns):
             raise InputError(
-                f"The measures of feature {self.name!r} do not determine x and y of its points "
+                f"The measures of feature {quoted(self.name)} do not determine x and y of its "
+                "points "
                 "uniquely; give two independent measures for each point, or none."
             )
         return dict(solutions[0])
@@ -112,35 +116,39 @@ class Feature(Caching):
     def _check_shapes(self) -> None:
         for field in ("expressions", "points", "parameters", "measures", "directions", "places"):
             if not isinstance(getattr(self, field), tuple):
-                raise InputError(f"{field} of feature {self.name!r} must be a tuple.")
+                raise InputError(f"{field} of feature {quoted(self.name)} must be a tuple.")
         if not self.expressions or not all(isinstance(e, Expr) for e in self.expressions):
             raise InputError(
-                f"Feature {self.name!r} needs at least one SymPy expression in its expressions."
+                f"Feature {quoted(self.name)} needs at least one SymPy expression in its "
+                "expressions."
             )
         vectors = (*self.points, *self.directions)
         if not vectors or not all(isinstance(v, tuple) and len(v) == 3 for v in vectors):
             raise InputError(
-                f"points and directions of feature {self.name!r} must be triples of coordinates "
-                f"(x, y, z) and at least one; got {vectors!r}."
+                f"points and directions of feature {quoted(self.name)} must be triples of "
+                "coordinates "
+                f"(x, y, z) and at least one; got {quoted(vectors)}."
             )
         declared = self.coordinates + self.parameters
         # The names become arguments of printed functions, so they must be distinct and plain.
         names = {s.name for s in declared if isinstance(s, Symbol) and s.name.isidentifier()}
         if len(names) < len(declared):
             raise InputError(
-                f"Coordinates and parameters of feature {self.name!r} must be symbols with "
-                f"distinct names that are identifiers; got {declared!r}."
+                f"Coordinates and parameters of feature {quoted(self.name)} must be symbols with "
+                f"distinct names that are identifiers; got {quoted(declared)}."
             )
         for field in ("measures", "places"):
             if not all(is_pair(pair) for pair in getattr(self, field)):
                 raise InputError(
-                    f"{field} of feature {self.name!r} must be pairs (symbol, expression); "
-                    f"got {getattr(self, field)!r}."
+                    f"{field} of feature {quoted(self.name)} must be pairs (symbol, expression); "
+                    f"got {quoted(getattr(self, field))}."
                 )
         if not self.places and len(self.measures) not in (0, 2 * len(self.points)):
             raise InputError(
-                f"measures of feature {self.name!r} must be two pairs (symbol, expression) for "
-                f"each of its points, or say in places what they stand for; got {self.measures!r}."
+                f"measures of feature {quoted(self.name)} must be two pairs (symbol, expression) "
+                "for "
+                "each of its points, or say in places what they stand for; got "
+                f"{quoted(self.measures)}."
             )
 
     def _check_dependence(self) -> None:
@@ -148,26 +156,29 @@ class Feature(Caching):
         for expression in self.expressions:
             if expression.has(nan, oo, -oo, zoo):
                 raise InputError(
-                    f"The expression {expression} of feature {self.name!r} is not finite; it "
+                    f"The expression {expression} of feature {quoted(self.name)} is not finite; it "
                     "divides by zero wherever the points are."
                 )
             if not expression.free_symbols & coordinates:
                 raise InputError(
-                    f"The expression {expression} of feature {self.name!r} depends on no point; "
+                    f"The expression {expression} of feature {quoted(self.name)} depends on no "
+                    "point; "
                     "write it with the coordinates that the feature declares in points."
                 )
         used = set[Symbol]().union(*(e.free_symbols for e in self.expressions))
         for vector in (*self.points, *self.directions):
             if not used & set(vector):
                 raise InputError(
-                    f"No expression of feature {self.name!r} depends on its point {vector}; use "
+                    f"No expression of feature {quoted(self.name)} depends on its point "
+                    f"{vector}; use "
                     "the point or leave it out."
                 )
         used = used.union(*(expression.free_symbols for _, expression in self.measures))
         unknown = sorted(map(str, used - coordinates - set(self.parameters)))
         if unknown:
             raise InputError(
-                f"Feature {self.name!r} uses {', '.join(unknown)} without declaring it; add it to "
+                f"Feature {quoted(self.name)} uses {', '.join(unknown)} without declaring it; "
+                "add it to "
                 "parameters or points."
             )
 
@@ -176,7 +187,8 @@ class Feature(Caching):
             rough = undifferentiated(differentiated([expression], self.coordinates))
             if rough is not None:
                 raise InputError(
-                    f"The expression {expression} of feature {self.name!r} is not differentiable: "
+                    f"The expression {expression} of feature {quoted(self.name)} is not "
+                    "differentiable: "
                     f"its derivative holds {rough}; write it with smooth functions of the "
                     "coordinates."
                 )
@@ -188,7 +200,8 @@ class Feature(Caching):
         twice = sorted({n for n in measured if n in others or measured.count(n) > 1})
         if twice:
             raise InputError(
-                f"Feature {self.name!r} uses {', '.join(twice)} for a measure and for something "
+                f"Feature {quoted(self.name)} uses {', '.join(twice)} for a measure and for "
+                "something "
                 "else; measures, coordinates and parameters need distinct names."
             )
         placed = self.through_measures
@@ -198,13 +211,13 @@ class Feature(Caching):
         if foreign or used - known:
             names = ", ".join(sorted(map(str, foreign or used - known)))
             raise InputError(
-                f"places of feature {self.name!r} must give coordinates by measures, other "
+                f"places of feature {quoted(self.name)} must give coordinates by measures, other "
                 f"coordinates and parameters; {names} is none of these."
             )
         for measure, expression in self.measures:
             if not vanishes(expression - measure, placed, within=_tolerance(expression, placed)):
                 raise InputError(
-                    f"With its places, feature {self.name!r} does not give back its measure "
+                    f"With its places, feature {quoted(self.name)} does not give back its measure "
                     f"{measure}; check the expressions of both."
                 )
 

@@ -15,6 +15,7 @@ from sympy import Expr, ImmutableMatrix, Poly, S, Symbol, atan2, cancel, nan, oo
 from sympy.core.function import AppliedUndef
 
 from vsctrl.caching import Caching
+from vsctrl.checks import quoted
 from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.features.curves import x_g, y_g
 from vsctrl.derive.features.feature import are_symbols, is_pair
@@ -76,10 +77,12 @@ class Moments(Caching):
     def __post_init__(self) -> None:
         """Refuse what is no function of moments, before anything is derived from it."""
         if not isinstance(self.name, str) or not self.name.isidentifier():
-            raise InputError(f"The name {self.name!r} of a feature must be an identifier.")
+            raise InputError(f"The name {quoted(self.name)} of a feature must be an identifier.")
         if not isinstance(self.dense, bool):
-            raise InputError(f"dense = {self.dense!r} of feature {self.name!r} must be a bool.")
-        object.__setattr__(self, "plane", checked(f"Moments {self.name!r}", self.plane))
+            raise InputError(
+                f"dense = {quoted(self.dense)} of feature {quoted(self.name)} must be a bool."
+            )
+        object.__setattr__(self, "plane", checked(f"Moments {quoted(self.name)}", self.plane))
         checked_camera(self.camera).require_straight()
         self._check_symbols()
         self._check_expressions()
@@ -128,13 +131,14 @@ class Moments(Caching):
         """Every name must mean one thing: moments, parameters, plane and camera share no symbol."""
         if not are_symbols(self.parameters):
             raise InputError(
-                f"parameters of feature {self.name!r} must be a tuple of symbols whose names are "
-                f"identifiers; got {self.parameters!r}."
+                f"parameters of feature {quoted(self.name)} must be a tuple of symbols whose "
+                "names are "
+                f"identifiers; got {quoted(self.parameters)}."
             )
         if not isinstance(self.places, tuple) or not all(map(is_pair, self.places)):
             raise InputError(
-                f"places of feature {self.name!r} must be pairs (symbol, expression); "
-                f"got {self.places!r}."
+                f"places of feature {quoted(self.name)} must be pairs (symbol, expression); "
+                f"got {quoted(self.places)}."
             )
         own = (X, Y, a, x_g, y_g, *_table())
         others = (*self.parameters, *symbols_in(self.plane), *self.camera.parameters)
@@ -143,20 +147,24 @@ class Moments(Caching):
         twice = sorted({name for name, times in Counter(names).items() if times > 1})
         if twice:
             raise InputError(
-                f"Feature {self.name!r} uses {', '.join(twice)} for two things; moments, a, x_g, "
+                f"Feature {quoted(self.name)} uses {', '.join(twice)} for two things; moments, "
+                "a, x_g, "
                 "y_g, parameters, plane and camera need distinct names, and X and Y are the image "
                 "point."
             )
 
     def _check_expressions(self) -> None:
         if not isinstance(self.expressions, tuple) or not self.expressions:
-            raise InputError(f"expressions of feature {self.name!r} must be a tuple, not empty.")
+            raise InputError(
+                f"expressions of feature {quoted(self.name)} must be a tuple, not empty."
+            )
         known = {a, x_g, y_g, *_table()} - set(_ratios().values())
         fixed = {mu(1, 0), mu(0, 1)} | (set() if self.dense else {m(0, 0), mu(0, 0)})
         for expression in self.expressions:
             if not isinstance(expression, Expr):
                 raise InputError(
-                    f"{expression!r} of feature {self.name!r} is no SymPy expression; write it "
+                    f"{quoted(expression)} of feature {quoted(self.name)} is no SymPy "
+                    "expression; write it "
                     "with m(i, j) and mu(i, j) of vsctrl.derive, and x_g, y_g and a of "
                     "vsctrl.derive.features.moments."
                 )
@@ -164,25 +172,29 @@ class Moments(Caching):
             unknown = sorted(str(s) for s in free - known - set(self.parameters))
             if unknown:
                 raise InputError(
-                    f"Feature {self.name!r} uses {', '.join(unknown)}, which is no moment; take "
+                    f"Feature {quoted(self.name)} uses {', '.join(unknown)}, which is no moment; "
+                    "take "
                     "m(i, j), mu(i, j), x_g, y_g or a, or add it to parameters."
                 )
             if not free & (known - fixed):
                 raise InputError(
-                    f"The expression {expression} of feature {self.name!r} never changes: μ_10 and "
+                    f"The expression {expression} of feature {quoted(self.name)} never changes: "
+                    "μ_10 and "
                     "μ_01 are 0, and m_00 = μ_00 of a point set is the number of its points."
                 )
             there = expression.xreplace({mu(1, 0): S.Zero, mu(0, 1): S.Zero})
             if any(e.has(nan, oo, -oo, zoo) for e in (expression, there)):
                 raise InputError(
-                    f"The expression {expression} of feature {self.name!r} is not finite wherever "
+                    f"The expression {expression} of feature {quoted(self.name)} is not finite "
+                    "wherever "
                     "the object is; μ_10 and μ_01 are 0."
                 )
             rough = undifferentiated(differentiated([expression], sorted(free & known, key=str)))
             rough = rough or next(iter(expression.atoms(AppliedUndef)), None)
             if rough is not None:
                 raise InputError(
-                    f"The expression {expression} of feature {self.name!r} is not differentiable: "
+                    f"The expression {expression} of feature {quoted(self.name)} is not "
+                    "differentiable: "
                     f"its derivative holds {rough}; write it with smooth functions of the moments."
                 )
 
@@ -316,7 +328,7 @@ def _symbol(letter: str, i: int, j: int) -> Symbol:
     for name, power in (("i", i), ("j", j)):
         if isinstance(power, bool) or not isinstance(power, int) or power < 0:
             raise InputError(
-                f"{name} = {power!r} of the moment {letter}_ij must be an integer, 0 or more."
+                f"{name} = {quoted(power)} of the moment {letter}_ij must be an integer, 0 or more."
             )
     if i + j > MOST:
         raise InputError(

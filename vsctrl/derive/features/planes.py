@@ -8,6 +8,7 @@ from typing import Any
 
 from sympy import Expr, ImmutableMatrix, symbols
 
+from vsctrl.checks import quoted
 from vsctrl.derive.camera import Camera
 from vsctrl.derive.inputs import Vector, scalar, vector
 from vsctrl.errors import InputError
@@ -42,11 +43,11 @@ def plane_of(point: Vector, normal: Vector) -> Plane:
 def checked(name: str, plane: Any) -> Plane:
     """``plane`` as three expressions. Errors: `InputError` for anything else."""
     if not isinstance(plane, tuple | list) or len(plane) != 3:
-        raise InputError(f"{name}: plane = {plane!r} must be the three numbers A, B, C.")
+        raise InputError(f"{name}: plane = {quoted(plane)} must be the three numbers A, B, C.")
     a, b, c = (scalar(f"{name}: plane[{i}]", entry) for i, entry in enumerate(plane))
     if {X, Y} & (a.free_symbols | b.free_symbols | c.free_symbols):
         raise InputError(
-            f"{name}: plane = {plane!r} depends on the image point; A, B and C must not."
+            f"{name}: plane = {quoted(plane)} depends on the image point; A, B and C must not."
         )
     return a, b, c
 

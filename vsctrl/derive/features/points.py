@@ -8,6 +8,7 @@ from typing import Any
 
 from sympy import Expr, S, Symbol, atan2, cos, log, sin, sqrt, symbols
 
+from vsctrl.checks import quoted
 from vsctrl.derive.camera import NORMALISED, Camera, checked_camera
 from vsctrl.derive.features.feature import Feature
 from vsctrl.derive.features.outlines import SeenSphere
@@ -138,7 +139,8 @@ def VanishingPoint(camera: Camera = NORMALISED, form: str = "xy") -> Feature:
         return _polar_vanishing_point(form)
     if form != "xy":
         raise InputError(
-            f"form = {form!r} is no form of a vanishing point{nearest(form, _VANISHING)}; choose "
+            f"form = {quoted(form)} is no form of a vanishing point{nearest(form, _VANISHING)}; "
+            "choose "
             f"one of {', '.join(map(repr, _VANISHING))}."
         )
     written, normal = _written(camera), (d_x / d_z, d_y / d_z)

@@ -27,6 +27,7 @@ from sympy import (
     symbols,
 )
 
+from vsctrl.checks import quoted
 from vsctrl.derive.features.feature import Feature
 from vsctrl.derive.kinematics.interaction import Coordinates, chain_rule
 from vsctrl.derive.kinematics.motion import rotation as turn
@@ -119,7 +120,8 @@ def _require(name: str, value: object, known: tuple[str, ...]) -> None:
     if value not in known:
         choices = ", ".join(map(repr, known))
         raise InputError(
-            f"{name} = {value!r} is no {name} of a pose feature{nearest(value, known)}; choose one "
+            f"{name} = {quoted(value)} is no {name} of a pose feature{nearest(value, known)}; "
+            "choose one "
             f"of {choices}."
         )
 

@@ -12,6 +12,7 @@ from itertools import chain
 
 from sympy import Expr, ImmutableMatrix, Symbol
 
+from vsctrl.checks import quoted
 from vsctrl.derive.features.feature import Feature
 from vsctrl.derive.kinematics.interaction import Coordinates
 from vsctrl.errors import InputError
@@ -58,7 +59,7 @@ def together(name: str, *features: Feature) -> FeatureSet:
     for feature in features:
         _require_feature(feature)
     if not features:
-        raise InputError(f"The feature set {name!r} is empty; give at least one feature.")
+        raise InputError(f"The feature set {quoted(name)} is empty; give at least one feature.")
     measures = _merged(name, "measure", (f.measures for f in features))
     places = _merged(name, "place", (tuple(f.through_measures.items()) for f in features))
     measured = {symbol for symbol, _ in measures}
@@ -85,11 +86,12 @@ def copies(feature: Feature, n: int, own: tuple[Symbol, ...] = ()) -> FeatureSet
     is a parameter.
     """
     if isinstance(n, bool) or not isinstance(n, int) or n < 1:
-        raise InputError(f"n = {n!r} copies of a feature must be an integer, 1 or more.")
+        raise InputError(f"n = {quoted(n)} copies of a feature must be an integer, 1 or more.")
     _require_feature(feature)
     if not isinstance(own, tuple) or not set(own) <= set(feature.parameters):
         raise InputError(
-            f"own = {own!r} must be a tuple of parameters of feature {feature.name!r}, which are "
+            f"own = {quoted(own)} must be a tuple of parameters of feature "
+            f"{quoted(feature.name)}, which are "
             f"{feature.parameters}."
         )
     return together(f"{feature.name}_x{n}", *(_numbered(feature, i, own) for i in range(1, n + 1)))
@@ -98,7 +100,8 @@ def copies(feature: Feature, n: int, own: tuple[Symbol, ...] = ()) -> FeatureSet
 def _require_feature(feature: object) -> None:
     if not isinstance(feature, Feature):
         raise InputError(
-            f"{getattr(feature, 'name', feature)!r} is no function of points and directions; give "
+            f"{quoted(getattr(feature, 'name', feature))} is no function of points and "
+            "directions; give "
             "features like derive.Point(), or for curves derive.SeenLine()."
         )
 
@@ -133,7 +136,8 @@ def _merged(name: str, kind: str, parts: Iterable[_Pairs]) -> _Pairs:
     for symbol, expression in chain.from_iterable(parts):
         if merged.setdefault(symbol, expression) != expression:
             raise InputError(
-                f"In the feature set {name!r}, two features have the {kind} {symbol} for different "
+                f"In the feature set {quoted(name)}, two features have the {kind} {symbol} for "
+                "different "
                 "expressions; take features of one camera and one convention, or rename one."
             )
     return tuple(merged.items())

@@ -23,6 +23,7 @@ from sympy import (
 )
 from sympy.core.function import AppliedUndef
 
+from vsctrl.checks import quoted
 from vsctrl.derive.kinematics.motion import skew
 from vsctrl.errors import InputError
 from vsctrl.symbols import Omega_x, Omega_y, Omega_z, V_x, V_y, V_z
@@ -57,7 +58,8 @@ def interaction_matrix(feature: VisualFeature) -> ImmutableMatrix:
     """
     if not hasattr(feature, "interaction"):
         raise InputError(
-            f"{feature!r} is no feature; give one like derive.Point(), or a derive.Feature of your "
+            f"{quoted(feature)} is no feature; give one like derive.Point(), or a derive.Feature "
+            "of your "
             "own."
         )
     return feature.interaction

@@ -12,6 +12,7 @@ from typing import Any
 
 from sympy import Dummy, Expr, ImmutableMatrix, Symbol, latex
 
+from vsctrl.checks import quoted
 from vsctrl.derive.features.feature import Feature
 from vsctrl.derive.inputs import Vector, axis, scalar, vector
 from vsctrl.derive.kinematics.interaction import Coordinates, differentiated
@@ -110,7 +111,9 @@ def reference_along(feature: Feature, pose: Any, *, t: Symbol = elapsed) -> Refe
     smooth in t, and for what is no function of points and directions. Source: eq. 5 and 11.
     """
     if not isinstance(t, Symbol):
-        raise InputError(f"t = {t!r} must be the symbol of the time in which the pose is written.")
+        raise InputError(
+            f"t = {quoted(t)} must be the symbol of the time in which the pose is written."
+        )
     _require_moving(feature, t)
     oTc = pose_at("pose", pose, t)
     # Of a rotation, which this is, the inverse is the transpose.
@@ -152,14 +155,15 @@ def _require_moving(feature: Any, time: Expr) -> None:
     if not isinstance(feature, Feature):
         name = getattr(feature, "name", feature)
         raise InputError(
-            f"{name!r} is no function of points and directions, which a reference moves; give a "
+            f"{quoted(name)} is no function of points and directions, which a reference moves; "
+            "give a "
             "derive.Feature, for a curve such as derive.SeenLine() or derive.SeenEllipse()."
         )
     shared = time.free_symbols & (set(feature.parameters) | set(feature.coordinates))
     if shared:
         raise InputError(
             f"{', '.join(sorted(map(str, shared)))} is the time and a symbol of feature "
-            f"{feature.name!r}, which stays constant; give one of them another name."
+            f"{quoted(feature.name)}, which stays constant; give one of them another name."
         )
 
 
@@ -179,7 +183,8 @@ def _start(
     twice = sorted(c.name for triple in start for c in triple if c.name in taken)
     if twice:
         raise InputError(
-            f"{', '.join(twice)} is where feature {feature.name!r} starts, and a parameter or in "
+            f"{', '.join(twice)} is where feature {quoted(feature.name)} starts, and a parameter "
+            "or in "
             "the pose as well; rename that one."
         )
     return start

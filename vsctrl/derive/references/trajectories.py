@@ -9,6 +9,7 @@ from typing import Any
 from sympy import Derivative, Dummy, ImmutableMatrix, Rational, Symbol
 from sympy.core.function import AppliedUndef
 
+from vsctrl.checks import quoted
 from vsctrl.derive.inputs import scalar, vanishes
 from vsctrl.derive.kinematics.interaction import undifferentiated
 from vsctrl.derive.simplify import shortened
@@ -37,7 +38,7 @@ def pose_at(name: str, pose: Any, t: Symbol) -> ImmutableMatrix:
         rows = []
     if len(rows) != 4 or any(len(row) != 4 for row in rows):
         raise InputError(
-            f"{name} must be a 4×4 matrix, the pose oTc(t) of the camera; got {pose!r}."
+            f"{name} must be a 4×4 matrix, the pose oTc(t) of the camera; got {quoted(pose)}."
         )
     T = ImmutableMatrix(4, 4, lambda i, j: scalar(f"{name}[{i}, {j}]", rows[i][j]))
     if any(symbol.name == t.name and symbol != t for symbol in T.free_symbols):

@@ -16,6 +16,7 @@ import numpy as np
 from sympy import Add, Rational, expand
 
 from vsctrl.arrays import Array, Complex
+from vsctrl.checks import quoted
 from vsctrl.diagram.consistency import hidden_copies, margin_scan, sampled_limit
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade import order as pade_order
@@ -224,7 +225,7 @@ def _sampled(channel: NumericChannel, name: str) -> list[Check]:
         errors = sampled_limit.approach(channel, _unit(channel))
     except (InputError, LimitError) as error:  # not every diagram has a twin, and check() asks all
         return [Check(name, faces, 0.0, 0.0, f"left out: {error}")]
-    note = f"{errors.hold!r} held, T = {errors.period / 4:.2g} s"
+    note = f"{quoted(errors.hold)} held, T = {errors.period / 4:.2g} s"
     halved, rest = sampled_limit.HALVED * errors.half, sampled_limit.LEFT * errors.quarter
     return [
         Check(name, faces, errors.quarter, max(1e-9, halved), note),

@@ -13,6 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from vsctrl.arrays import Complex
+from vsctrl.checks import quoted
 from vsctrl.diagram.description.wiring import resolve
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.symbolic.coefficients import BlockCoefficients
@@ -33,7 +34,8 @@ class UnstableCopies:
         one, other = self.blocks
         pole = self.pole.real if self.pole.imag == 0 else self.pole
         return (
-            f"{one!r} and {other!r} are fed alike and both have the unstable pole {pole:.4g} rad/s:"
+            f"{quoted(one)} and {quoted(other)} are fed alike and both have the unstable pole "
+            f"{pole:.4g} rad/s:"
             " if they are channels of one plant, wire its states once, as copies part"
         )
 

@@ -48,7 +48,7 @@ class Sum:
             term = _TERM.match(rest)
             if not term or (terms and not term["sign"]):
                 raise InputError(
-                    f"Sum: cannot read {rest!r} in {self.equation!r}; "
+                    f"Sum: cannot read {quoted(rest)} in {quoted(self.equation)}; "
                     "write signals joined by + or -, like 'e = S_ref - S_meas'."
                 )
             terms.append(
@@ -59,7 +59,7 @@ class Sum:
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice:
             raise InputError(
-                f"Sum: signal {twice!r} appears twice in {self.equation!r}; "
+                f"Sum: signal {quoted(twice)} appears twice in {quoted(self.equation)}; "
                 "put a Block with the gain you mean in front of the sum."
             )
         object.__setattr__(self, "output", signal_name(match["out"], self.equation))
@@ -111,7 +111,7 @@ class Block:
         expr = _expression(control_systems.expression(self.expr, self.name), self.name)
         if not isinstance(self.wiring, str) or not (match := _ARROW.fullmatch(self.wiring)):
             raise InputError(
-                f"Block {self.name!r}: the wiring {quoted(self.wiring)} is not understood; "
+                f"Block {quoted(self.name)}: the wiring {quoted(self.wiring)} is not understood; "
                 "write it like 'u -> y'."
             )
         object.__setattr__(self, "expr", expr)
@@ -171,7 +171,9 @@ class Rational:
         plain, delays = delays_as_symbols(expr, name)
         num, den = _levelled(*sp.fraction(sp.cancel(sp.together(plain))))
         if den == 0 or not (num.is_finite is not False and den.is_finite is not False):
-            raise InputError(f"Block {name!r}: {expr} is infinite; check the division by zero.")
+            raise InputError(
+                f"Block {quoted(name)}: {expr} is infinite; check the division by zero."
+            )
         gens = (s, *delays)
         return cls(num, den, delays, _terms(num, gens, name), _terms(den, gens, name))
 
@@ -224,14 +226,14 @@ def delays_as_symbols(expr: sp.Expr, name: str) -> tuple[sp.Expr, dict[sp.Symbol
         rest = sp.expand(exponent - slope * s)
         if rest.has(s) or slope.has(s):
             raise InputError(
-                f"Block {name!r}: exp({exponent}) is no constant delay; "
+                f"Block {quoted(name)}: exp({exponent}) is no constant delay; "
                 "its exponent must be linear in s, like exp(-tau*s)."
             )
         product = sp.exp(rest)
         delay = -slope
         if delay.is_negative:
             raise InputError(
-                f"Block {name!r}: exp({exponent}) predicts the future; "
+                f"Block {quoted(name)}: exp({exponent}) predicts the future; "
                 "a delay of tau seconds is written exp(-tau*s)."
             )
         terms = sp.Add.make_args(delay)
@@ -257,7 +259,7 @@ def _terms(expr: sp.Expr, gens: tuple[sp.Symbol, ...], name: str) -> dict[Any, s
     hidden = poly is not None and any(c.has(*gens) for c in poly.coeffs())
     if poly is None or poly.free_symbols_in_domain & set(gens) or hidden:
         raise InputError(
-            f"Block {name!r}: {expr} is neither rational in s nor a delay exp(-tau*s); "
+            f"Block {quoted(name)}: {expr} is neither rational in s nor a delay exp(-tau*s); "
             "approximate other functions of s by a rational one."
         )
     return {
@@ -275,17 +277,19 @@ def _expression(value: Any, name: str) -> sp.Expr:
             value = float(value)
         except (TypeError, ValueError):
             raise InputError(
-                f"Block {name!r}: {quoted(value)} is no transfer function; "
+                f"Block {quoted(name)}: {quoted(value)} is no transfer function; "
                 "give a number or a SymPy expression in s."
             ) from None
     if isinstance(value, float):
-        value = decimal(f"Block {name!r}", value)
+        value = decimal(f"Block {quoted(name)}", value)
     expr = sp.Rational(value) if isinstance(value, int | Fraction) else value
     if expr.has(sp.nan):
-        raise InputError(f"Block {name!r}: {expr} is no number; give a finite one.")
+        raise InputError(f"Block {quoted(name)}: {expr} is no number; give a finite one.")
     # A second symbol called "s" with other assumptions would silently become a parameter.
     exact = {a: s for a in expr.free_symbols if a.name == "s" and a != s}
-    exact |= {a: sp.Rational(decimal(f"Block {name!r}", float(a))) for a in expr.atoms(sp.Float)}
+    exact |= {
+        a: sp.Rational(decimal(f"Block {quoted(name)}", float(a))) for a in expr.atoms(sp.Float)
+    }
     return expr.xreplace(exact)
 
 
@@ -293,6 +297,7 @@ def signal_name(name: str, where: str) -> str:
     """The name, if it can be that of a signal; else a sentence."""
     if not name.isidentifier():
         raise InputError(
-            f"{where!r}: {name!r} is no signal name; use letters, digits and _, like S_meas."
+            f"{quoted(where)}: {quoted(name)} is no signal name; use letters, digits and _, like "
+            "S_meas."
         )
     return name

@@ -11,7 +11,7 @@ from typing import Any
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
-from vsctrl.checks import decimal
+from vsctrl.checks import decimal, quoted
 from vsctrl.errors import InputError
 from vsctrl.symbols import s
 
@@ -27,19 +27,20 @@ def expression(value: Any, name: str) -> Any:
         return value
     if not isinstance(value, control.TransferFunction | control.StateSpace):
         raise InputError(
-            f"Block {name!r}: a {type(value).__name__} is no transfer function; "
+            f"Block {quoted(name)}: a {type(value).__name__} is no transfer function; "
             "give a TransferFunction or a StateSpace."
         )
     if value.ninputs != 1 or value.noutputs != 1:
         raise InputError(
-            f"Block {name!r}: the system has {value.ninputs} inputs and {value.noutputs} outputs, "
+            f"Block {quoted(name)}: the system has {value.ninputs} inputs and {value.noutputs} "
+            "outputs, "
             "and a block has one of each; wire its equations from integrators and gains, which "
             "share its states. Blocks for its channels, like system[0, 1], hold a copy of all "
             "states each, and copies of an unstable one part, whatever is fed back."
         )
     if value.dt:
         raise InputError(
-            f"Block {name!r}: the system is in discrete time, dt = {value.dt}; give one in "
+            f"Block {quoted(name)}: the system is in discrete time, dt = {value.dt}; give one in "
             "continuous time and sample the diagram with at(…).sampled(…)."
         )
     if isinstance(value, control.StateSpace):
@@ -65,4 +66,4 @@ def _from_states(system: Any, name: str) -> sp.Expr:
 
 
 def _exact(value: float, name: str) -> sp.Rational:
-    return sp.Rational(decimal(f"Block {name!r}", value))
+    return sp.Rational(decimal(f"Block {quoted(name)}", value))

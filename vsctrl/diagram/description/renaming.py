@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
+from vsctrl.checks import quoted
 from vsctrl.diagram.description.blocks import Block, Subdiagram, signal_name
 from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.errors import InputError, nearest
@@ -39,11 +40,11 @@ def subdiagram(
 def renamed(diagram: M, signals: Mapping[str, str], name: str = "") -> M:
     """The diagram with other signal names; what is not named gets `name` in front."""
     if not isinstance(signals, Mapping):
-        raise InputError(f'renamed: {signals!r} maps no signals; write {{"old": "new"}}.')
+        raise InputError(f'renamed: {quoted(signals)} maps no signals; write {{"old": "new"}}.')
     for signal in signals:
         if signal not in diagram.signals:
             raise InputError(
-                f"renamed: there is no signal {signal!r}{nearest(signal, diagram.signals)}; "
+                f"renamed: there is no signal {quoted(signal)}{nearest(signal, diagram.signals)}; "
                 f"the diagram has {', '.join(diagram.signals)}."
             )
         signal_name(str(signals[signal]), f"renamed: {signal}")
@@ -52,7 +53,7 @@ def renamed(diagram: M, signals: Mapping[str, str], name: str = "") -> M:
     if len(set(new.values())) < len(new):
         taken = sorted(n for n in new.values() if list(new.values()).count(n) > 1)
         raise InputError(
-            f"renamed: {taken[0]!r} would be two signals; give each a name of its own."
+            f"renamed: {quoted(taken[0])} would be two signals; give each a name of its own."
         )
     parts = []
     for part in diagram.parts:

@@ -18,7 +18,7 @@ import sympy as sp
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from vsctrl.checks import decimal
+from vsctrl.checks import decimal, quoted
 from vsctrl.diagram.description import control_systems
 from vsctrl.diagram.description.blocks import Block, Part, Sum
 from vsctrl.errors import InputError
@@ -95,12 +95,13 @@ class Builder:
         linear = isinstance(system, self.control.TransferFunction | self.control.StateSpace)
         if not linear:
             raise InputError(
-                f"from_control: {name!r} is a {type(system).__name__}, which is not linear; "
+                f"from_control: {quoted(name)} is a {type(system).__name__}, which is not linear; "
                 "give a TransferFunction or a StateSpace, as control.linearize makes one."
             )
         if system.dt:
             raise InputError(
-                f"from_control: {name!r} is in discrete time, dt = {system.dt}; give a system in "
+                f"from_control: {quoted(name)} is in discrete time, dt = {system.dt}; give a "
+                "system in "
                 "continuous time and sample the diagram with at(…).sampled(…)."
             )
         labels = [f"{name}_{label}" for label in system.input_labels]
@@ -183,7 +184,8 @@ class Builder:
         """x′ = Ax + Bu, one integrator a state; what no output shows is led to one by a gain 0."""
         if len(of) > MOST_STATES:
             raise InputError(
-                f"from_control: {name!r} shares {len(of)} states between its channels, and at most "
+                f"from_control: {quoted(name)} shares {len(of)} states between its channels, and "
+                "at most "
                 f"{MOST_STATES} become integrators; reduce it or give its channels apart."
             )
         labels = {int(k): self.signal(f"{name}_{system.state_labels[k]}") for k in of}
@@ -211,4 +213,4 @@ def _own(name: str, taken: set[str], between: str) -> str:
 
 
 def _exact(value: float, name: str) -> sp.Rational:
-    return sp.Rational(decimal(f"from_control: {name!r}", value))
+    return sp.Rational(decimal(f"from_control: {quoted(name)}", value))

@@ -12,6 +12,7 @@ import numpy as np
 import sympy as sp
 
 from vsctrl.caching import Caching
+from vsctrl.checks import quoted
 from vsctrl.diagram.description.blocks import Block, Part, Subdiagram
 from vsctrl.errors import InputError, nearest
 from vsctrl.symbols import KEYWORDS, s
@@ -73,7 +74,7 @@ class Wiring(Caching):
             if word in symbols:
                 raise InputError(
                     f"Diagram: the symbols {symbols[word]} and {symbol} would both be the "
-                    f"parameter {word!r}; rename one of them."
+                    f"parameter {quoted(word)}; rename one of them."
                 )
             symbols[word] = symbol
         return dict(sorted(symbols.items()))
@@ -84,7 +85,8 @@ class Wiring(Caching):
         for name in values:
             if name not in known:
                 raise InputError(
-                    f"at: there is no parameter {name!r}{nearest(name, known, values[name])}; "
+                    "at: there is no parameter "
+                    f"{quoted(name)}{nearest(name, known, values[name])}; "
                     f"the diagram has {', '.join(known) or 'none'}."
                 )
         missing = [name for name in known if name not in values]
@@ -96,7 +98,7 @@ class Wiring(Caching):
         """Raise a sentence if the diagram has no such signal."""
         if signal not in self.signals:
             raise InputError(
-                f"there is no signal {signal!r}{nearest(signal, self.signals)}; "
+                f"there is no signal {quoted(signal)}{nearest(signal, self.signals)}; "
                 f"the diagram has {', '.join(self.signals)}."
             )
 
@@ -106,7 +108,7 @@ class Wiring(Caching):
         self.require(target)
         if source not in self.inputs:
             raise InputError(
-                f"{source!r} is not an input of the diagram; "
+                f"{quoted(source)} is not an input of the diagram; "
                 f"a channel starts at {' or '.join(map(repr, self.inputs)) or 'an input'}."
             )
 
@@ -132,12 +134,12 @@ class Wiring(Caching):
         self.require(signal)
         if signal in self.inputs:
             raise InputError(
-                f"open: {signal!r} is an input, so no loop runs through it; "
+                f"open: {quoted(signal)} is an input, so no loop runs through it; "
                 f"open one of {', '.join(self.drivers)}."
             )
         if all(signal not in part.inputs for part in self.parts):
             raise InputError(
-                f"open: nothing takes {signal!r}, so no loop runs through it; "
+                f"open: nothing takes {quoted(signal)}, so no loop runs through it; "
                 f"open a signal that feeds another part."
             )
 
@@ -155,7 +157,7 @@ def _names(side: str, names: Iterable[str]) -> tuple[str, ...]:
     listed = (names,) if isinstance(names, str) or not isinstance(names, Iterable) else tuple(names)
     if not all(isinstance(name, str) for name in listed) or len(set(listed)) < len(listed):
         raise InputError(
-            f"Diagram: {side} = {names!r} are no signals; list the name of each once, like "
+            f"Diagram: {side} = {quoted(names)} are no signals; list the name of each once, like "
             '["S_ref"].'
         )
     return listed
@@ -169,7 +171,9 @@ def _number(name: str, value: Any) -> float:
     except OverflowError:
         number = math.inf
     except (TypeError, ValueError):
-        raise InputError(f"at: {name} = {value!r} is no number; give a real number.") from None
+        raise InputError(
+            f"at: {name} = {quoted(value)} is no number; give a real number."
+        ) from None
     if not math.isfinite(number):
         raise InputError(f"at: {name} = {number} is not finite; give a finite number.")
     return number
@@ -194,14 +198,17 @@ def _check_parts(parts: tuple[Part, ...]) -> None:
     names: set[str] = set()
     for part in parts:
         if not isinstance(part, Part):
-            raise InputError(f"Diagram: {part!r} is no part; give Block(…) and Sum(…) objects.")
+            raise InputError(
+                f"Diagram: {quoted(part)} is no part; give Block(…) and Sum(…) objects."
+            )
         if part.output in drivers:
             raise InputError(
-                f"Diagram: signal {part.output!r} has two drivers, {drivers[part.output]} and "
+                f"Diagram: signal {quoted(part.output)} has two drivers, {drivers[part.output]} "
+                "and "
                 f"{part}; rename one and join them with a Sum."
             )
         if isinstance(part, Block) and part.name in names:
-            raise InputError(f"Diagram: two blocks are called {part.name!r}; rename one.")
+            raise InputError(f"Diagram: two blocks are called {quoted(part.name)}; rename one.")
         names |= {part.name} if isinstance(part, Block) else set()
         drivers[part.output] = part
     if not parts:
@@ -225,19 +232,20 @@ def _check_wiring(
         if name not in diagram.inputs:
             hint = nearest(name, diagram.signals)
             if name in inside:
-                hint = ", the input {!r} of block {!r}".format(*inside[name])
+                hint = ", the input {} of block {}".format(*map(quoted, inside[name]))
             raise InputError(
-                f"Diagram: nothing drives signal {name!r}{hint}; drive it or declare it in inputs."
+                f"Diagram: nothing drives signal {quoted(name)}{hint}; drive it or declare it in "
+                "inputs."
             )
     for name in diagram.inputs:
         if name in diagram.drivers:
             raise InputError(
-                f"Diagram: input {name!r} is driven by {diagram.drivers[name]}; "
+                f"Diagram: input {quoted(name)} is driven by {diagram.drivers[name]}; "
                 "take it out of inputs or rename the signal."
             )
         if name not in taken:
             raise InputError(
-                f"Diagram: input {name!r} leads nowhere{nearest(name, taken)}; "
+                f"Diagram: input {quoted(name)} leads nowhere{nearest(name, taken)}; "
                 "let a part take it or take it out of inputs."
             )
     for name in diagram.outputs:
@@ -246,10 +254,10 @@ def _check_wiring(
         if name not in diagram.outputs:
             what, hint = str(diagram.drivers[name]), nearest(name, taken)
             if name in inside:
-                what, hint = "output {!r} of block {!r}".format(*inside[name]), ""
+                what, hint = "output {} of block {}".format(*map(quoted, inside[name])), ""
             raise InputError(
                 f"Diagram: {what} leads nowhere{hint}; "
-                f"let a part take {name!r} or declare it in outputs."
+                f"let a part take {quoted(name)} or declare it in outputs."
             )
     for name in diagram.drivers:
         resolve(diagram, name)  # refuses sums that feed each other in a loop

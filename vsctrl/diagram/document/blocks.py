@@ -7,6 +7,7 @@ from typing import Any
 
 import sympy as sp
 
+from vsctrl.checks import quoted
 from vsctrl.diagram.description.blocks import Block, Part, Sum
 from vsctrl.diagram.document import keys, templates
 from vsctrl.diagram.document.formula import parse
@@ -29,7 +30,9 @@ def read(entry: Any, number: int) -> tuple[Part | None, list[Problem]]:
     if not isinstance(entry, Mapping):
         return None, [(f"block {number}", f"{show(entry)} is no table; write [[block]]")]
     name = entry.get("name")
-    where = f"block {cut(name, 40)!r}" if isinstance(name, str) and name else f"block {number}"
+    where = (
+        f"block {quoted(cut(name, 40))}" if isinstance(name, str) and name else f"block {number}"
+    )
     problems = keys.strangers(entry, keys.BLOCK, where)
     problems += [
         (f"{where}.{key}", f"{show(entry[key])} is not text; write it in quotes")
@@ -85,7 +88,7 @@ def _block(entry: Mapping[str, Any], where: str) -> tuple[Part | None, list[Prob
     try:
         return Block(entry["name"], expr, entry["wiring"]), []
     except InputError as error:
-        text = _sentence(error, f"Block {entry['name']!r}: ")
+        text = _sentence(error, f"Block {quoted(entry['name'])}: ")
         key = "wiring" if text.startswith(("the wiring", repr(entry["wiring"]))) else kind
         return None, [(f"{where}.{key}", text)]
 

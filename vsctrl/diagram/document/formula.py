@@ -18,6 +18,7 @@ from typing import NoReturn
 
 import sympy as sp
 
+from vsctrl.checks import quoted
 from vsctrl.diagram.document import size, tokens
 from vsctrl.diagram.document.names import symbol
 from vsctrl.diagram.document.size import Size
@@ -144,7 +145,9 @@ class _Reader:
             return inner
         if token.kind == "end":
             raise ValueError("ends too early; write a number, a name or (…) there")
-        return _fail(f"{token.text!r} stands where a number or a name should", token, "write one")
+        return _fail(
+            f"{quoted(token.text)} stands where a number or a name should", token, "write one"
+        )
 
     def name(self, token: Token, depth: int) -> Formula:
         """s, a parameter, a constant, or a function with its argument."""
@@ -154,7 +157,7 @@ class _Reader:
                 return self.function(token, depth)
             known = nearest(text, FUNCTIONS)
             remedy = f"write {text}*(…), or one of {', '.join(FUNCTIONS)}{known}"
-            _fail(f"{text!r} before a parenthesis is no function", token, remedy)
+            _fail(f"{quoted(text)} before a parenthesis is no function", token, remedy)
         if text in FUNCTIONS:
             _fail(f"the function {text} has no argument", token, f"write {text}(…)")
         self.no_factor_follows(token)
@@ -183,7 +186,11 @@ class _Reader:
         if not self.take(")"):
             if self.next.kind == "end":
                 _fail("'(' is never closed", opening, "write ')' where it should end")
-            _fail(f"{self.next.text!r} stands where ')' or an operator should", self.next, _WRITE)
+            _fail(
+                f"{quoted(self.next.text)} stands where ')' or an operator should",
+                self.next,
+                _WRITE,
+            )
         self.no_factor_follows(opening)
 
     def no_factor_follows(self, before: Token) -> None:
@@ -191,13 +198,15 @@ class _Reader:
         if self.next.kind in {"number", "name", "("}:
             left = ")" if before.kind == "(" else before.text
             meant = f"{left}*{self.next.text}"
-            _fail(f"there is no sign between {left!r} and {self.next.text!r}", self.next,
-                  f"write {meant} for a product")  # fmt: skip
+            words = f"there is no sign between {quoted(left)} and {quoted(self.next.text)}"
+            _fail(words, self.next, f"write {meant} for a product")
 
     def end(self) -> None:
         """Refuse what is left over."""
         if self.next.kind != "end":
-            _fail(f"{self.next.text!r} stands where the formula should end", self.next, _WRITE)
+            _fail(
+                f"{quoted(self.next.text)} stands where the formula should end", self.next, _WRITE
+            )
 
 
 _WRITE = "write + - * / ^ between numbers, names and (…)"

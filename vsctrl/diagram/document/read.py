@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from vsctrl.checks import quoted
 from vsctrl.diagram.description.blocks import Part
 from vsctrl.diagram.document import blocks, keys
 from vsctrl.diagram.document.applied import Applied
@@ -92,7 +93,7 @@ def _parameters(table: Any, found: Contents) -> None:
         read = _checked(found, f"parameters.{key}", quantity, value)
         name = ascii_name(key)
         if name in values:
-            found.problems.append((f"parameters.{key}", f"{name!r} has two values; give one"))
+            found.problems.append((f"parameters.{key}", f"{quoted(name)} has two values; give one"))
         if read is not None:
             values[name] = read.value
             units |= {name: read.unit} if read.unit else {}

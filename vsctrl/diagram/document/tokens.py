@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from vsctrl.checks import quoted
 from vsctrl.diagram.document.names import ascii_name
 
 LARGEST_EXPONENT = 300  #: of a decimal, as in 1e300
@@ -48,7 +49,7 @@ def read(text: str) -> list[Token]:
             at = end
         else:
             raise ValueError(
-                f"character {at + 1}: {c!r} has no meaning here; write numbers, names and "
+                f"character {at + 1}: {quoted(c)} has no meaning here; write numbers, names and "
                 "+ - * / ^ ( )"
             )
     return [*found, Token("end", "", len(text) + 1)]

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vsctrl import toml
+from vsctrl.checks import quoted
 from vsctrl.diagram.description.blocks import Block
 from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.diagram.document import keys
@@ -89,7 +90,7 @@ def _parameters(
         called = name_of(symbol)
         if called in out:
             raise InputError(
-                f"to_toml: two parameters would be called {called!r} in a file; rename one."
+                f"to_toml: two parameters would be called {quoted(called)} in a file; rename one."
             )
         out[called] = None if numbers is None else _value(numbers[name], units.get(name, ""),
                                                          meanings.get(name, ""))  # fmt: skip

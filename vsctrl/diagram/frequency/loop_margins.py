@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vsctrl.arrays import Array
+from vsctrl.checks import quoted
 from vsctrl.diagram.frequency.corners import corners, slow_corners
 from vsctrl.diagram.frequency.hidden_roots import closed_loop
 from vsctrl.diagram.frequency.high_frequency import HighFrequencyGain
@@ -21,7 +22,8 @@ def loop_margins(loop: NumericChannel) -> Margins:
     system = loop.realisation
     if abs(1 + loop.sign * system.D[0, 0]) < 1e-12:
         raise InputError(
-            f"margins: the loop through {loop.target!r} is algebraic and singular: what L lets "
+            f"margins: the loop through {quoted(loop.target)} is algebraic and singular: what L "
+            "lets "
             "through at once is −1, and 1 + L has no inverse; check gains and signs."
         )
     roots = closed_loop(loop)

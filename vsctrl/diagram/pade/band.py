@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from vsctrl.checks import quoted
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.errors import InputError
 
@@ -32,6 +33,7 @@ def checked_band(channel: NumericChannel, band: Any) -> Band:
     if len(pair) == 2 and numbers and 0 <= pair[0] < pair[1] < math.inf:
         return float(pair[0]), float(pair[1])
     raise InputError(
-        f"pade: band = {band!r} is no band; give two frequencies in rad/s, as (0.01, 50), the "
+        f"pade: band = {quoted(band)} is no band; give two frequencies in rad/s, as (0.01, 50), "
+        "the "
         "first 0 or more and below the second."
     )

@@ -12,6 +12,7 @@ from typing import Any
 
 import control
 
+from vsctrl.checks import quoted
 from vsctrl.diagram.description.blocks import Block, Part
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.pade.order import model
@@ -29,7 +30,8 @@ def interconnection(system: Numeric, order: Any, name: str) -> Any:
     late = sorted({block.name for block in system.blocks if any(block.delays)})
     if late and order is None:
         raise InputError(
-            f"to_control: block {late[0]!r} holds a delay, and python-control has rational systems "
+            f"to_control: block {quoted(late[0])} holds a delay, and python-control has rational "
+            "systems "
             "only; give the order of its Padé models, as pade=6."
         )
     taken: set[str] = set()
@@ -57,7 +59,8 @@ def _subsystem(part: Part, system: Numeric, order: Any, taken: set[str]) -> Any:
         found = model(NumericChannel(numeric, "u", "y"), order if late else 1, None, None)
     except ImproperError:
         raise InputError(
-            f"to_control: block {part.name!r} differentiates its input, which no state space does; "
+            f"to_control: block {quoted(part.name)} differentiates its input, which no state "
+            "space does; "
             "let it roll off, like s/(s/N + 1)."
         ) from None
     return control.ss(found.A, found.B, found.C, found.D, **names)

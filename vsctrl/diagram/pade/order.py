@@ -169,7 +169,8 @@ def _of_order(channel: NumericChannel, degrees: Degrees, band: Band) -> PadeMode
 def _check_one_is_given(order: object, tol: object) -> None:
     if (order is None) == (tol is None):
         raise InputError(
-            f"pade: order = {order!r} and tol = {tol!r}; give one of the two, an order from "
+            f"pade: order = {quoted(order)} and tol = {quoted(tol)}; give one of the two, an "
+            "order from "
             f"1 to {MOST} or a relative error as tol=1e-6."
         )
 
@@ -190,6 +191,7 @@ def _checked_order(order: object) -> Degrees:
 def _checked_tolerance(tol: object) -> float:
     if isinstance(tol, bool) or not isinstance(tol, Real) or not 0 < float(tol) < 1:
         raise InputError(
-            f"pade: tol = {tol!r} is no relative error; give a number between 0 and 1, as 1e-6."
+            f"pade: tol = {quoted(tol)} is no relative error; give a number between 0 and 1, as "
+            "1e-6."
         )
     return float(tol)

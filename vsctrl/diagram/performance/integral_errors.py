@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vsctrl.checks import quoted
 from vsctrl.diagram.frequency.at_zero import leading
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
 from vsctrl.diagram.performance.course import course
@@ -97,7 +98,7 @@ def _against(channel: NumericChannel, value: object) -> str:
         return "zero" if power > 0 or not size else "input"
     if value not in AGAINST or not isinstance(value, str):
         raise InputError(
-            f"integral_errors: against = {value!r} is unknown{nearest(value, AGAINST)}; give "
+            f"integral_errors: against = {quoted(value)} is unknown{nearest(value, AGAINST)}; give "
             "'input' for e = input − output or 'zero' for e = −output."
         )
     return value

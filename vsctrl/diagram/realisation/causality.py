@@ -21,6 +21,7 @@ from fractions import Fraction
 import numpy as np
 
 from vsctrl.arrays import Array, Mask
+from vsctrl.checks import quoted
 from vsctrl.diagram.numerics.graphs import on_cycles
 from vsctrl.diagram.realisation.descriptor import Reduced
 from vsctrl.diagram.realisation.differential import (
@@ -157,7 +158,8 @@ def _improper(
     r = len(sources)
     first = column if column < r else int(orders.highest[column - r].argmax())
     return ImproperError(
-        f"the channel to {targets[row]!r} is improper: it holds a derivative of "
-        f"{sources[first]!r}, so a step makes an impulse; ask for a signal behind an integrator "
+        f"the channel to {quoted(targets[row])} is improper: it holds a derivative of "
+        f"{quoted(sources[first])}, so a step makes an impulse; ask for a signal behind an "
+        "integrator "
         "or filter it."
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from vsctrl.arrays import Complex
-from vsctrl.checks import is_whole
+from vsctrl.checks import is_whole, quoted
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.diagram.realisation.reduction import delays_in_loops
 from vsctrl.diagram.roots.box import search_right_of
@@ -132,7 +132,7 @@ def _beside_chains(operator: DifferenceOperator, roots: Complex, n: int) -> Comp
 
 def _check_number(n: object) -> None:
     if not is_whole(n) or n < 0:
-        raise InputError(f"poles: n = {n!r} is not usable; give a whole number of 0 or more.")
+        raise InputError(f"poles: n = {quoted(n)} is not usable; give a whole number of 0 or more.")
 
 
 MOST_HIDDEN = 20  #: roots in a row, more than thrice as many as asked for, that cancel

@@ -14,6 +14,7 @@ import numpy as np
 
 from vsctrl import timing
 from vsctrl.arrays import Array
+from vsctrl.checks import quoted
 from vsctrl.diagram.description.blocks import Block, Part
 from vsctrl.diagram.numerics.graphs import reached
 from vsctrl.diagram.realisation import assembly
@@ -41,7 +42,8 @@ def discretised(block: BlockCoefficients, method: str, period: Fraction) -> tupl
     num, den = (_in_q(block.name, side, order, method, period) for side in (block.num, block.den))
     if abs(den.get(0, 0.0)) <= 1e-14 * max(map(abs, den.values())):
         raise InputError(
-            f"sampled: block {block.name!r} by {method!r} would need a sample of the future (or "
+            f"sampled: block {quoted(block.name)} by {quoted(method)} would need a sample of the "
+            "future (or "
             f"an infinite gain) at a period of {float(period):g} s; "
             "name 'backward' or 'tustin' for it, or another period."
         )
@@ -55,7 +57,8 @@ def _in_q(name: str, side: Side, order: int, method: str, period: Fraction) -> F
         samples_ago, after = zero_order_hold.ago(tau, period)
         if after:
             raise InputError(
-                f"sampled: block {name!r} runs in the computer, and its delay of {float(tau):g} s "
+                f"sampled: block {quoted(name)} runs in the computer, and its delay of "
+                f"{float(tau):g} s "
                 f"is {timing.shown(tau / period)} periods; make it a whole number, or take the "
                 "block out of digital: a continuous block may have any delay."
             )
@@ -187,7 +190,8 @@ def _solved(taps: dict[int, Array], n: int, q: int, hold: str) -> dict[int, Arra
     loop = np.eye(q) - taps[0][v, v]
     if q and np.linalg.cond(loop) > 1e12:
         raise InputError(
-            f"sampled: the algebraic loop through the hold at {hold!r} is singular (its return "
+            f"sampled: the algebraic loop through the hold at {quoted(hold)} is singular (its "
+            "return "
             "difference is zero): the signal asks for its own value at the same instant; change "
             "a gain in it or put a lag or a delay into it."
         )

@@ -22,7 +22,7 @@ import numpy as np
 
 from vsctrl.arrays import Array, Complex
 from vsctrl.caching import Caching
-from vsctrl.checks import is_whole
+from vsctrl.checks import is_whole, quoted
 from vsctrl.diagram.numerics.graphs import components
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
 from vsctrl.errors import InputError, LimitError
@@ -311,5 +311,7 @@ class Poles(Caching):
         Errors: `InputError` for what is no whole number of 1 or more.
         """
         if n is not None and not (is_whole(n) and n >= 1):
-            raise InputError(f"poles: n = {n!r} is not usable; give a whole number of 1 or more.")
+            raise InputError(
+                f"poles: n = {quoted(n)} is not usable; give a whole number of 1 or more."
+            )
         return self.all[:n].copy()

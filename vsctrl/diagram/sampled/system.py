@@ -66,7 +66,7 @@ class SampledSystem(Lines, Caching):
     def _lines(self) -> dict[str, str]:
         return {
             **system_lines(self.system),
-            "sampled": f"every {float(self.period):g} s, {self.hold!r} held",
+            "sampled": f"every {float(self.period):g} s, {quoted(self.hold)} held",
             "in the computer": listed([f"{name}: {how}" for name, how in self.digital.items()]),
             "largest poles in z": asked(lambda: roots_listed(self.poles(4).tolist(), "")),
             "closed loop": asked(lambda: "stable" if self.is_stable else "not stable"),
@@ -86,15 +86,17 @@ class SampledSystem(Lines, Caching):
         if signal is not None and (not isinstance(signal, str) or signal != self.hold):
             remedy = "leave the signal out"
             if isinstance(signal, str) and signal in self.system.diagram.drivers:
-                remedy = f"sample with hold={signal!r} if that is what is held"
+                remedy = f"sample with hold={quoted(signal)} if that is what is held"
             raise InputError(
-                f"open: the sampled loop is broken at its held signal {self.hold!r} only, not at "
+                f"open: the sampled loop is broken at its held signal {quoted(self.hold)} only, "
+                "not at "
                 f"{quoted(signal)}; {remedy}."
             )
         if self.hold in self.system.diagram.inputs:
             raise InputError(
-                f"open: the sampled loop is broken at its held signal {self.hold!r} only, and "
-                f"{self.hold!r} is an input, so that no loop runs through it; "
+                f"open: the sampled loop is broken at its held signal {quoted(self.hold)} only, "
+                "and "
+                f"{quoted(self.hold)} is an input, so that no loop runs through it; "
                 "sample with hold= the signal of the loop that the computer holds."
             )
         source = f"{self.hold}__cut"
@@ -203,7 +205,8 @@ def _ask_for_hold(diagram: Wiring, period: float) -> str:
     names = [name for name in diagram.signals if name in fed] or list(diagram.signals)
     return (
         f"sampled: no signal is called 'T', so name the one that the computer holds between its "
-        f"samples, {' or '.join(map(repr, names))}: sampled({quoted(period)}, hold={names[0]!r})."
+        f"samples, {' or '.join(map(repr, names))}: sampled({quoted(period)}, "
+        f"hold={quoted(names[0])})."
     )
 
 
@@ -228,7 +231,7 @@ def _check(system: Numeric, period: float, hold: str, digital: Mapping[str, str]
         )
     if not any(hold in part.inputs for part in diagram.parts):
         raise InputError(
-            f"sampled: nothing takes {hold!r}, so holding it changes nothing; "
+            f"sampled: nothing takes {quoted(hold)}, so holding it changes nothing; "
             "hold a signal that feeds another part."
         )
     if not isinstance(digital, Mapping):
@@ -244,7 +247,7 @@ def _check(system: Numeric, period: float, hold: str, digital: Mapping[str, str]
             )
         if not isinstance(method, str) or method not in cut.METHODS:
             raise InputError(
-                f"sampled: method {quoted(method)} for block {name!r} is not known"
+                f"sampled: method {quoted(method)} for block {quoted(name)} is not known"
                 f"{nearest(method, cut.METHODS)}; "
                 f"choose {', '.join(map(repr, cut.METHODS))}."
             )

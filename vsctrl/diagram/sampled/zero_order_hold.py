@@ -21,6 +21,7 @@ from scipy.linalg import expm
 
 from vsctrl import timing
 from vsctrl.arrays import Array
+from vsctrl.checks import quoted
 from vsctrl.diagram.numerics.graphs import closure, reached
 from vsctrl.diagram.realisation.delay_system import DelaySystem
 from vsctrl.errors import InputError
@@ -100,7 +101,8 @@ def _check_cut(table: Table, n: int, hold: str) -> None:
 def _uncut(delays: list[Fraction], hold: str) -> InputError:
     shown = ", ".join(f"{float(tau):g} s" for tau in dict.fromkeys(delays))
     return InputError(
-        f"sampled: the hold at {hold!r} does not cut the loop with the delay of {shown}, so what "
+        f"sampled: the hold at {quoted(hold)} does not cut the loop with the delay of {shown}, "
+        "so what "
         "goes round in it has no finite twin in z; hold a signal of that loop, or name one of its "
         "blocks in digital."
     )

@@ -51,13 +51,15 @@ class Samples(Part):
         else:
             object.__setattr__(self, "times", _times(self.times, len(self.values)))
         if self.hold not in HOLDS:
-            raise InputError(f"Samples: hold = {self.hold!r} is unknown; give 'zero' or 'first'.")
+            raise InputError(
+                f"Samples: hold = {quoted(self.hold)} is unknown; give 'zero' or 'first'."
+            )
 
     def __repr__(self) -> str:
-        when = f"period={self.period!r}"
+        when = f"period={quoted(self.period)}"
         if self.times is not None:
-            when = f"times={self.times[0]!r} … {self.times[-1]!r}"
-        return f"Samples({len(self.values)} values, {when}, hold={self.hold!r})"
+            when = f"times={quoted(self.times[0])} … {quoted(self.times[-1])}"
+        return f"Samples({len(self.values)} values, {when}, hold={quoted(self.hold)})"
 
     @property
     def starts(self) -> list[Fraction]:

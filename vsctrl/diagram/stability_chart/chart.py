@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from vsctrl.arrays import Array
-from vsctrl.checks import is_finite, is_whole
+from vsctrl.checks import is_finite, is_whole, quoted
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.stability_chart import raster
 from vsctrl.diagram.stability_chart.d_partition import DPartition
@@ -116,7 +116,7 @@ def _ranges(
     for name in ranges:
         if name not in known:
             raise InputError(
-                f"stability_chart: there is no parameter {name!r}{nearest(name, known)}; "
+                f"stability_chart: there is no parameter {quoted(name)}{nearest(name, known)}; "
                 f"the diagram has {', '.join(known) or 'none'}."
             )
     if len(ranges) != 2:
@@ -132,12 +132,12 @@ def _range(name: str, limits: Any) -> tuple[float, float]:
     low, high = _two(limits)
     if not (is_finite(low) and is_finite(high)):
         raise InputError(
-            f"stability_chart: {name} = {limits!r} is no range; "
+            f"stability_chart: {name} = {quoted(limits)} is no range; "
             "give two finite numbers (low, high)."
         )
     if not float(low) < float(high) or not math.isfinite(float(high) - float(low)):
         raise InputError(
-            f"stability_chart: {name} = {limits!r} is empty; give the lower number first."
+            f"stability_chart: {name} = {quoted(limits)} is empty; give the lower number first."
         )
     return float(low), float(high)
 
@@ -146,12 +146,13 @@ def _grid(corners: Any) -> tuple[int, int]:
     columns, rows = _two(corners)
     if not (is_whole(columns) and is_whole(rows)) or min(columns, rows) < 2:
         raise InputError(
-            f"stability_chart: grid = {corners!r} is not usable; give two whole numbers of 2 or "
+            f"stability_chart: grid = {quoted(corners)} is not usable; give two whole numbers of "
+            "2 or "
             "more, the corners along x and along y."
         )
     if columns * rows > MOST_CORNERS:
         raise InputError(
-            f"stability_chart: grid = {corners!r} has {columns * rows} corners; give at most "
+            f"stability_chart: grid = {quoted(corners)} has {columns * rows} corners; give at most "
             f"{MOST_CORNERS}, as the boundaries are exact on any grid that meets them."
         )
     return int(columns), int(rows)

@@ -12,7 +12,7 @@ import numpy as np
 import sympy as sp
 
 from vsctrl.caching import Caching
-from vsctrl.checks import decimal
+from vsctrl.checks import decimal, quoted
 from vsctrl.diagram.description.blocks import Rational, Terms, delay_symbol
 from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.errors import InputError
@@ -108,7 +108,7 @@ class Coefficients(Caching):
             key = power, sum((n * delays[q] for q, n in monomial), Fraction(0))
             out[key] = out.get(key, 0.0) + next(rest)
         if not np.isfinite(list(out.values())).all():
-            raise InputError(f"at: block {name!r} is not finite; check the values given.")
+            raise InputError(f"at: block {quoted(name)} is not finite; check the values given.")
         return {key: value for key, value in out.items() if value}
 
 
@@ -136,12 +136,12 @@ def _levelled(num: Side, den: Side) -> tuple[Side, Side]:
 def _check_causal(name: str, den: dict[tuple[int, Fraction], float]) -> None:
     if not den:
         raise InputError(
-            f"at: block {name!r} divides by zero at these values; "
+            f"at: block {quoted(name)} divides by zero at these values; "
             "give its denominator a value other than 0."
         )
     top = max(k for k, _ in den)
     if (top, Fraction(0)) not in den:
         raise InputError(
-            f"at: block {name!r} predicts the future: the highest power of s in its "
+            f"at: block {quoted(name)} predicts the future: the highest power of s in its "
             "denominator is delayed; multiply numerator and denominator so that it is not."
         )

@@ -31,6 +31,7 @@ from fractions import Fraction
 import numpy as np
 
 from vsctrl.arrays import Array
+from vsctrl.checks import quoted
 from vsctrl.diagram.description.blocks import Block, Part, Sum
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.signals.elementary import Step
@@ -63,8 +64,8 @@ def respond(
             y = y + from_rest(replace(loop, diagram=longer), entry, target, push, t, side)
         except ImproperError:
             raise InputError(
-                f"response: with this history {entry.rpartition('__')[0]!r} jumps at t = 0, "
-                f"and {target!r} holds a derivative of it, an impulse; give its block a "
+                f"response: with this history {quoted(entry.rpartition('__')[0])} jumps at t = 0, "
+                f"and {quoted(target)} holds a derivative of it, an impulse; give its block a "
                 "past that goes with what it is fed, or ask for another signal."
             ) from None
     before = past.carried_on(source, np.zeros(1), "left")
@@ -111,13 +112,16 @@ def _needed(past: InitialData, dynamic: DynamicBlock) -> float:
     need = fed if unknown else den * dynamic.past / num if num else 0.0
     if varies and unknown:
         raise InputError(
-            f"response: block {block.name!r} is zero at s = 0, so that its own past does not tell "
-            f"its state, and the history of {block.input!r} is a function; split it into a gain "
+            f"response: block {quoted(block.name)} is zero at s = 0, so that its own past does "
+            "not tell "
+            f"its state, and the history of {quoted(block.input)} is a function; split it into a "
+            "gain "
             "and a block b/den(s) whose output you can name."
         )
     if numbers.improper and (varies or abs(fed - need) > 1e-12 * max(abs(fed), abs(need))):
         raise InputError(
-            f"response: block {block.name!r} differentiates and has dynamics, and what it was fed "
+            f"response: block {quoted(block.name)} differentiates and has dynamics, and what it "
+            "was fed "
             "by this history is not what it was in steady state with; split it into a "
             "differentiator and a block with dynamics."
         )

@@ -17,7 +17,7 @@ import numpy as np
 
 from vsctrl.arrays import Array
 from vsctrl.caching import Caching
-from vsctrl.checks import is_finite
+from vsctrl.checks import is_finite, quoted
 from vsctrl.diagram.description.blocks import Block
 from vsctrl.diagram.description.wiring import Wiring, resolve
 from vsctrl.diagram.numerics.graphs import on_cycles, reached
@@ -63,13 +63,15 @@ class DynamicBlock:
         if not callable(self.past):
             if self.past and not at_zero(num):
                 raise InputError(
-                    f"response: history of {output!r} = {self.past:g}, but block {name!r} is "
+                    f"response: history of {quoted(output)} = {self.past:g}, but block "
+                    f"{quoted(name)} is "
                     "zero at s = 0, so that it never rests at anything but 0; leave it out."
                 )
         elif set(num) != {HERE} or any(tau for _, tau in den):
             raise InputError(
-                f"response: history of {output!r} is a function, which does not tell the state of "
-                f"block {name!r}, as it has a zero or a delay of its own; give a number, or "
+                f"response: history of {quoted(output)} is a function, which does not tell the "
+                "state of "
+                f"block {quoted(name)}, as it has a zero or a delay of its own; give a number, or "
                 "split it into a block b/den(s), whose output you name, and one with the rest."
             )
 
@@ -101,11 +103,11 @@ class InitialData(Caching):
         if name in self.diagram.inputs or name in self.dynamic_blocks:
             return
         part = self.diagram.drivers[name]
-        what = f"block {part.name!r}" if isinstance(part, Block) else f"the sum {part}"
+        what = f"block {quoted(part.name)}" if isinstance(part, Block) else f"the sum {part}"
         own = *self.diagram.inputs, *self.dynamic_blocks
         leaves = [leaf for leaf in own if self._feeds(leaf, name)]
         raise InputError(
-            f"response: history of {name!r} is not yours to give: {what} has no dynamics and "
+            f"response: history of {quoted(name)} is not yours to give: {what} has no dynamics and "
             f"follows from what it is fed; name {' or '.join(map(repr, leaves)) or 'none'} instead."
         )
 
@@ -185,7 +187,7 @@ class InitialData(Caching):
             sample = partial(_sampled, name, past)
             value = float(sample(np.zeros(1))[0])
             out[name] = initial_function.approximate(
-                sample, value, back, f"the history of {name!r}"
+                sample, value, back, f"the history of {quoted(name)}"
             )
             _check_slope(name, order, out[name])
         return out
@@ -245,20 +247,21 @@ def checked(history: object, diagram: Wiring) -> dict[str, Past]:
     """The history by names that exist, with numbers as floats."""
     if not isinstance(history, Mapping):
         raise InputError(
-            f"response: history = {history!r} names no signals; give a mapping like "
+            f"response: history = {quoted(history)} names no signals; give a mapping like "
             "{'y': 1.0} of names to numbers or functions of t ≤ 0."
         )
     out: dict[str, Past] = {}
     for name, value in history.items():
         if name not in diagram.signals:
             raise InputError(
-                f"response: history names {name!r}, but there is no such signal"
+                f"response: history names {quoted(name)}, but there is no such signal"
                 f"{nearest(name, diagram.signals)}; the diagram has {', '.join(diagram.signals)}."
             )
         if isinstance(value, Signal) or not (callable(value) or is_finite(value)):
             kind = "a signal, which is zero before 0" if isinstance(value, Signal) else "unusable"
             raise InputError(
-                f"response: history of {name!r} = {value!r} is {kind}; give a finite number or a "
+                f"response: history of {quoted(name)} = {quoted(value)} is {kind}; give a finite "
+                "number or a "
                 "function of an array of times t ≤ 0."
             )
         out[name] = value if callable(value) else float(value)
@@ -271,18 +274,21 @@ def _sampled(name: str, past: Callable[[Array], Any], t: Array) -> Array:
         values = np.asarray(past(t.copy()))
     except (TypeError, ValueError) as error:
         raise InputError(
-            f"response: history of {name!r} cannot be called with an array of times ({error}); "
+            f"response: history of {quoted(name)} cannot be called with an array of times "
+            f"({error}); "
             "write it with NumPy's functions."
         ) from error
     if values.dtype.kind not in "iuf" or values.shape != t.shape:
         raise InputError(
-            f"response: history of {name!r} returns {values.dtype} of shape {values.shape} for "
+            f"response: history of {quoted(name)} returns {values.dtype} of shape {values.shape} "
+            "for "
             f"times of shape {t.shape}; return one real number a time."
         )
     lost = np.flatnonzero(~np.isfinite(values))
     if len(lost):
         raise InputError(
-            f"response: history of {name!r} is {values[lost[0]]} at t = {t[lost[0]]:.6g} s; give "
+            f"response: history of {quoted(name)} is {values[lost[0]]} at t = {t[lost[0]]:.6g} "
+            "s; give "
             "a function that is finite as far back as the delays ask for."
         )
     return values.astype(float)
@@ -295,6 +301,6 @@ def _check_slope(name: str, order: int, function: InitialFunction) -> None:
     if order > 1 or (order and jump):
         why = "is differentiated twice" if order > 1 else "jumps and is differentiated"
         raise InputError(
-            f"response: history of {name!r} {why} on its way; give a number, or move the "
+            f"response: history of {quoted(name)} {why} on its way; give a number, or move the "
             "differentiation into a block with dynamics."
         )

@@ -54,7 +54,8 @@ def impulse_system(loop: Numeric, source: str, target: str) -> delay_system.Dela
         return assembly.realise(led.diagram, led.blocks, (slope,), (target,))
     except ImproperError:
         raise ImproperError(
-            f"impulse: {target!r} answers an impulse at {source!r} with impulses, as some of its "
+            f"impulse: {quoted(target)} answers an impulse at {quoted(source)} with impulses, as "
+            "some of its "
             "high frequencies pass, at once or delayed; ask for the step response, or filter it."
         ) from None
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vsctrl.arrays import Array, Mask
+from vsctrl.checks import quoted
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
 from vsctrl.servo.camera.camera import NEAREST, Camera
@@ -114,7 +115,7 @@ def _focal_length(name: str, value: float) -> float:
         number = math.nan
     if not 0 < number < math.inf:
         raise InputError(
-            f"{name}: {value!r} is no focal length; give a finite number of px above 0."
+            f"{name}: {quoted(value)} is no focal length; give a finite number of px above 0."
         )
     return number
 

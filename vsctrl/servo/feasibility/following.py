@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from vsctrl.arrays import Array
-from vsctrl.checks import require_kind
+from vsctrl.checks import quoted, require_kind
 from vsctrl.servo import checks
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.camera.target import Target
@@ -155,7 +155,7 @@ class Feasibility:
         for reading in self.readings:
             if reading.name == name:
                 return reading
-        raise KeyError(f"{name!r}; the limits are {', '.join(r.name for r in self.readings)}")
+        raise KeyError(f"{quoted(name)}; the limits are {', '.join(r.name for r in self.readings)}")
 
     def __repr__(self) -> str:
         """A table of the limits, and what is wrong or which limit is nearest."""

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, fields
 
+from vsctrl.checks import quoted
 from vsctrl.errors import InputError
 from vsctrl.servo.camera.camera import NEAREST
 
@@ -35,7 +36,8 @@ class Limits:
         if self.field_of_view is not None:
             if not isinstance(self.field_of_view, tuple | list) or len(self.field_of_view) != 2:
                 raise InputError(
-                    f"field_of_view: {self.field_of_view!r} is no image; give (half width, half "
+                    f"field_of_view: {quoted(self.field_of_view)} is no image; give (half width, "
+                    "half "
                     "height) in px."
                 )
             for value in self.field_of_view:
@@ -51,5 +53,5 @@ def _check(name: str, value: object) -> None:
     known = isinstance(value, float | int) and not isinstance(value, bool)
     if not known or not value > 0:  # type: ignore[operator]
         raise InputError(
-            f"{name}: {value!r} is no limit; give a number above 0, or math.inf for none."
+            f"{name}: {quoted(value)} is no limit; give a number above 0, or math.inf for none."
         )

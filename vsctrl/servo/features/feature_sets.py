@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vsctrl.arrays import Array, Mask
+from vsctrl.checks import quoted
 from vsctrl.errors import InputError, nearest
 from vsctrl.servo.camera.camera import Camera
 from vsctrl.servo.features.feature_set import Measures, Places, Quantity, each, sides
@@ -254,13 +255,14 @@ def measures(name: str, camera: Camera, points: int) -> Measures:
     """
     if name not in MEASURES:
         raise InputError(
-            f"features: {name!r} is not known{nearest(name, MEASURES)}; choose one of "
+            f"features: {quoted(name)} is not known{nearest(name, MEASURES)}; choose one of "
             f"{', '.join(MEASURES)}."
         )
     kind = MEASURES[name]
     if points < kind.least:
         raise InputError(
-            f"features: {name!r} needs a target of {kind.least} points or more, and this one has "
+            f"features: {quoted(name)} needs a target of {kind.least} points or more, and this "
+            "one has "
             f"{points}; add points or take other features, like 'points'."
         )
     return kind(camera, points)

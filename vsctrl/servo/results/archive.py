@@ -148,7 +148,7 @@ class _File:
     def text(self, name: str) -> str:
         header = self.header(name)
         if header is None:
-            self.refuse(f"the entry {name!r} is missing; {_AGAIN}")
+            self.refuse(f"the entry {quoted(name)} is missing; {_AGAIN}")
         if header.dtype.kind != "U" or header.shape:
             self.refuse(f"{name}: {_described(header)} is no text; {_AGAIN}")
         if header.size > files.MOST:
@@ -174,7 +174,8 @@ class _File:
         said = self.text("digest")
         if scenario.digest != said:
             self.refuse(
-                f"its scenario has the digest {scenario.digest}, but the file says {said[:20]!r} "
+                f"its scenario has the digest {scenario.digest}, but the file says "
+                f"{quoted(said[:20])} "
                 f"(vsctrl {self.text('vsctrl')[:20]}), so it was edited or is read in another way "
                 f"now; {_AGAIN}"
             )
@@ -237,7 +238,7 @@ class _File:
         if header is None:
             if column.optional and name not in wanted:
                 return None
-            self.refuse(f"the array {name!r} is missing; {_AGAIN}")
+            self.refuse(f"the array {quoted(name)} is missing; {_AGAIN}")
         if column.optional and name not in wanted:
             self.refuse(f"{name}: a run of this scenario has none; {_AGAIN}")
         kind = np.dtype(np.bool_ if column.truth else np.float64)

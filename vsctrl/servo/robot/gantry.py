@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from vsctrl.arrays import Array
 from vsctrl.caching import Caching
+from vsctrl.checks import quoted
 from vsctrl.errors import InputError
 from vsctrl.servo import checks
 from vsctrl.servo.pose import adjoint, bracket, exp, inverse
@@ -74,7 +75,8 @@ class Gantry(Caching):
             value = np.array(getattr(self, name), dtype=np.float64)
             if value.shape != (6,) or not (value > 0).all():
                 raise InputError(
-                    f"{name}: {getattr(self, name)!r} does not limit six joints; give 6 numbers "
+                    f"{name}: {quoted(getattr(self, name))} does not limit six joints; give 6 "
+                    "numbers "
                     "above 0 (infinite where there is no limit)."
                 )
             checks.keep(self, **{name: value})

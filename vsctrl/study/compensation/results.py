@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from vsctrl import tables
+from vsctrl.checks import quoted
 from vsctrl.errors import InputError
 from vsctrl.servo import Scenario
 from vsctrl.study.compensation.compensators import Remedy
@@ -124,7 +125,8 @@ class Remedies(tables.Tables):
                 return row
         known = ", ".join(dict.fromkeys(row.remedy.kind for row in self.rows))
         raise InputError(
-            f"remedies: there is no {kind!r} with a mismatch of {mismatch:g} s; kinds are {known}."
+            f"remedies: there is no {quoted(kind)} with a mismatch of {mismatch:g} s; kinds are "
+            f"{known}."
         )
 
     def data(self) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 
 from vsctrl import loop
 from vsctrl.arrays import Array
+from vsctrl.checks import quoted
 from vsctrl.errors import InputError
 from vsctrl.keywords import keywords
 from vsctrl.servo import Scenario
@@ -63,7 +64,7 @@ def stability_edge(
     own = latency(scenario)
     for d in frames:
         if isinstance(d, bool) or not isinstance(d, int) or d < 0:
-            raise InputError(f"frames: {d!r} is no number of video periods; give 0, 1, 2, ….")
+            raise InputError(f"frames: {quoted(d)} is no number of video periods; give 0, 1, 2, ….")
     cases = [(d, scenario.law.depth_ratio) for d in frames]
     cases += [(own, ratio) for ratio in depth_ratios]
     period = scenario.vision.period

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeVar
 
+from vsctrl.checks import quoted
 from vsctrl.errors import InputError
 from vsctrl.keywords import keywords
 from vsctrl.servo import Scenario
@@ -288,7 +289,7 @@ def _pick(rows: Sequence[Found], feedforward: bool, delay: float, placement: str
             return each
     known = ", ".join(dict.fromkeys(each.case for each in rows)) or "none"
     raise InputError(
-        f"comparison: there is no case with delay {delay} s and placement {placement!r}; "
+        f"comparison: there is no case with delay {delay} s and placement {quoted(placement)}; "
         f"it has {known}."
     )
 
