@@ -61,6 +61,12 @@ class Page(HTMLParser):
             self.body += data
 
 
+def first_lines(source: str) -> str:
+    """What is read before the first section."""
+    start = source.index("<body")
+    return unescape(re.sub(r"<[^>]*>", "", source[start : source.index("<h2")]))
+
+
 @pytest.fixture(scope="module")
 def text(report_of):
     return lambda name: (report_of(name) / "index.html").read_text(encoding="utf-8")
@@ -91,7 +97,7 @@ def test_ids_are_unique_and_every_reference_has_its_target(text, name):
 
 def test_the_verdict_comes_first_in_millimetres(text):
     source = text("slide")
-    before = Page(source[: source.index("<h2")] + "</body></html>").body
+    before = first_lines(source)
     for words in ("12.8 mm behind", "3.2 mm ahead", "16.0 mm", "80 ms", "derivative term"):
         assert words in before
     assert re.search(r"agree in 8 of 8 cases", before)
@@ -184,7 +190,7 @@ def test_the_words_of_a_scenario_are_data(text):
 
 def test_an_unstable_loop_has_a_page_that_says_so(text):
     source = text("unstable")
-    before = Page(source[: source.index("<h2")] + "</body></html>").body
+    before = first_lines(source)
     assert "unstable" in before and "17" in before and "15.45" in before
     assert "is stable" not in before
     assert Page(source).tags["svg"] >= 6 and "40 ms" in before
@@ -192,14 +198,14 @@ def test_an_unstable_loop_has_a_page_that_says_so(text):
 
 def test_without_latency_the_page_speaks_of_none(text):
     source = text("prompt")
-    before = Page(source[: source.index("<h2")] + "</body></html>").body
+    before = first_lines(source)
     assert "16.0 mm behind" in before and "agree in 4 of 4 cases" in before
     assert "no latency" in Page(source).body and "∞" in Page(source).body
 
 
 def test_a_sine_is_told_by_its_amplitude(text):
     source = text("sine")
-    before = Page(source[: source.index("<h2")] + "</body></html>").body
+    before = first_lines(source)
     # |E/S*| A at ω = 2π/15 with λ = 5: 7.54 mm behind, 5.03 mm ahead; 12.53 mm without latency.
     for words in ("±7.5 mm behind", "±5.0 mm ahead", "±12.5 mm behind", "in 8 of 8 cases"):
         assert words in before
@@ -208,14 +214,14 @@ def test_a_sine_is_told_by_its_amplitude(text):
 
 def test_a_reference_at_rest_has_a_page_about_its_loop(text):
     source = text("rest")
-    before = Page(source[: source.index("<h2")] + "</body></html>").body
+    before = first_lines(source)
     assert "is stable" in before and "stays at its reference" in before and "15.45" in before
     assert "nothing to compare" not in source and "never leaves" not in source
 
 
 def test_a_goal_has_a_page_that_tells_how_the_camera_arrives(text):
     source = text("goal")
-    before = Page(source[: source.index("<h2")] + "</body></html>").body
+    before = first_lines(source)
     for words in ("149 mm", "29.4°", "within 1 px of its image after 1.4 s", "290 mm/s"):
         assert words in before
     assert "How it arrives" in source and "decay of the error" in source
@@ -228,7 +234,7 @@ def test_the_paper_is_spoken_of_on_the_pages_of_its_own_experiments_only(text):
 
 def test_a_loop_that_is_late_in_the_robot_too_is_called_unstable(text):
     source = text("late")
-    before = Page(source[: source.index("<h2")] + "</body></html>").body
+    before = first_lines(source)
     assert "This loop is unstable: λ = 9 s⁻¹ is above 5.23 s⁻¹" in before
     assert "200 ms of dead time in the robot" in before and 'class="verdict bad"' in source
 

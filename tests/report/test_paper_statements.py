@@ -15,8 +15,8 @@ def page(report_of):
 
 
 def test_the_page_of_the_paper_s_slide_has_them_all(page):
-    start = page.index("What the paper says of its experiments")
-    section = html.unescape(page[start : page.index("<h2>", start)])
+    start = page.index("What the paper says of its experiments</h2>")
+    section = html.unescape(page[start : page.index("<h2", start)])
     found = study.statements()
     assert section.count("<tr>") == len(found) + 1
     assert found.summary in section

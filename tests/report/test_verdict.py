@@ -195,7 +195,9 @@ def test_a_verdict_is_not_good_where_the_run_as_configured_fails_or_runs_away():
 
 def test_small_gains_keep_their_digits():
     # π/(2τ), as a long latency has it.
-    words = " ".join(verdict(examination(paper.sliding().with_(latency=116.56))).sentences)
+    words = " ".join(
+        verdict(examination(paper.sliding().with_(latency=116.56, sure=True))).sentences
+    )
     assert "is above 0.0135 s⁻¹" in words and "Lower λ: at 0.00316 s⁻¹" in words
 
 
@@ -212,7 +214,7 @@ def test_where_theory_is_contradicted_the_lag_is_that_of_the_simulation():
 def test_what_is_unusual_is_asked_back_at_the_end():
     """Of focal lengths that may be in millimetres, once, and not of one who is sure."""
     doubtful = paper.sliding().with_(kind="hold", duration=1.0, Fx=40.0, Fy=40.0)
-    found = examine(doubtful)
+    found = examination(doubtful)
     asked = [line for line in verdict(found).sentences if line.startswith("Is this meant? ")]
     assert asked == [f"Is this meant? {doubt}" for doubt in doubtful.doubts] and len(asked) == 1
     sure = replace(found, scenario=doubtful.with_(sure=True))

@@ -1,5 +1,7 @@
 """What is said first of a scenario is true of its own loop, and its own run confirms it."""
 
+import re
+
 import numpy as np
 import pytest
 from effort import share
@@ -98,7 +100,7 @@ def test_an_unstable_loop_that_nothing_disturbs_is_not_called_stable():
     assert np.abs(x.run.lag).max() < 1e-9
 
 
-@pytest.mark.parametrize("seed", range(share(400)))
+@pytest.mark.parametrize("seed", range(share(120)))
 def test_no_verdict_contradicts_the_run(seed):
     """Random linear loops: bad if and only if the run leaves its reference or would have to."""
     rng = np.random.default_rng(9000 + seed)
@@ -113,4 +115,4 @@ def test_no_verdict_contradicts_the_run(seed):
         assert found.kind in ("good", "warning")
     if "This loop is unstable" in words:
         assert found.kind == "bad" and "may be raised" not in words
-    assert not any(token in words for token in ("nan", "inf ", "None", "e-0"))
+    assert not re.search(r"\b(nan|inf|None)\b", words)

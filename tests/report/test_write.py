@@ -163,7 +163,7 @@ def test_a_folder_that_another_report_makes_meanwhile_is_not_taken_back(
         return real(self, *given, **named)
 
     monkeypatch.setattr(Path, "mkdir", mkdir)
-    monkeypatch.setattr(writing, "verdict", lambda result: 1 / 0)
+    monkeypatch.setattr(writing, "entry_of", lambda *given: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         write_report(paper.sliding(), tmp_path / "new")
     assert (tmp_path / "new").is_dir()
@@ -205,7 +205,7 @@ def test_a_folder_that_cannot_be_made_is_a_sentence(quick, tmp_path, monkeypatch
 def test_a_folder_that_may_not_be_written_to_is_refused_before_any_work(
     quick, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(writing, "examine", lambda *given: pytest.fail("worked for nothing"))
+    monkeypatch.setattr(writing, "entry_of", lambda *given: pytest.fail("worked for nothing"))
     for name in ("TemporaryFile", "NamedTemporaryFile", "mkstemp"):
         monkeypatch.setattr(tempfile, name, fail_with(errno.EACCES))
     with pytest.raises(InputError, match=r"^out: .*cannot be written to \(Permission denied\)"):

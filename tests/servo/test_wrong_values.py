@@ -27,7 +27,7 @@ def test_a_value_of_another_type_is_refused_in_a_sentence(name):
     for value in WRONG:
         if name == "hold" and isinstance(value, int):  # seconds
             continue
-        with pytest.raises(InputError, match=r"^\w+: .*\.$"):
+        with pytest.raises(InputError, match=r"^[\w.]+: .*\.$"):
             CALLS[name](value)
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from vsctrl.checks import quoted
 from vsctrl.cli import options
 from vsctrl.errors import InputError
 from vsctrl.files import write
@@ -80,9 +79,8 @@ def with_settings(loop: Loop, given: Iterable[str]) -> Loop:
         if key not in loop.values:
             known = ", ".join(loop.values) or "none"
             raise InputError(
-                f"--set: the loop has no parameter {quoted(key)}{nearest(key, loop.values)}; it "
-                "has "
-                f"{known}."
+                f"--set: the loop has no parameter {options.shown(key)}"
+                f"{nearest(key, loop.values)}; it has {known}."
             )
         try:
             values[key] = quantity(_number(text)).value
@@ -121,7 +119,7 @@ def draw(figure: Any, path: Path) -> None:
 
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise InputError(f"--plot: {quoted(str(path))} does not end in .png, .svg or .pdf.")
+        raise InputError(f"--plot: {options.shown(str(path))} does not end in .png, .svg or .pdf.")
     write(path, picture(figure, suffix), "figure")
     click.echo(str(path), err=True)
 

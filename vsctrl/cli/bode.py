@@ -6,7 +6,6 @@ import math
 from pathlib import Path
 
 import click
-import numpy as np
 
 from vsctrl.cli import asked, options
 from vsctrl.cli.output import echo_json
@@ -45,6 +44,8 @@ def bode(
         asked.draw(plots.bode(opened, omega=(least, most)), plot)
         if not (as_csv or as_json):
             return
+    import numpy as np
+
     omega = np.geomspace(least, most, POINTS)
     gain, phase = np.abs(opened(1j * omega)), np.degrees(opened.phase(omega))
     rows = list(zip(omega.tolist(), gain.tolist(), phase.tolist(), strict=True))

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import click
 
+from vsctrl.cli import options
 from vsctrl.cli.output import echo_document
 
 
-@click.command()
+@click.command(
+    epilog=options.examples("vsctrl new fopdt > mine.toml", "vsctrl new --schema loop > loop.json")
+)
 @click.argument("name", required=False)
 @click.option(
     "--schema",

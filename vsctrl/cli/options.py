@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from vsctrl.checks import quoted
 from vsctrl.errors import InputError, cut
 
 if TYPE_CHECKING:
@@ -28,6 +27,11 @@ Exit codes:
   2  bad input
   3  with --strict: done, and the verdict is bad"""
 LONGEST = 60  #: characters of a setting in a sentence
+
+
+def shown(text: str) -> str:
+    """What was typed, in quotes, at most a line long."""
+    return cut(repr(text), LONGEST)
 
 
 def examples(*lines: str) -> str:
@@ -67,7 +71,7 @@ def pairs(given: Iterable[str]) -> dict[str, str]:
         key, equals, value = setting.partition("=")
         if not (equals and key.strip()):
             raise InputError(
-                f"--set: {quoted(cut(setting, LONGEST))} has no {'key' if equals else 'value'}; "
+                f"--set: {shown(setting)} has no {'key' if equals else 'value'}; "
                 "write it as --set lam=5."
             )
         out[key.strip()] = value.strip()

@@ -14,7 +14,9 @@ from vsctrl.cli.output import echo_json
     epilog=options.examples("vsctrl roots mine.toml", "vsctrl roots mine.toml -n 20 --csv")
 )
 @asked.file
-@click.option("-n", "number", type=click.IntRange(1, 500), default=10, show_default=True)
+@click.option(
+    "-n", "number", type=click.IntRange(1, 500), default=10, show_default=True, help="How many."
+)
 @options.strict
 @asked.outputs
 @click.pass_context

@@ -9,7 +9,6 @@ from typing import Any
 
 import click
 
-from vsctrl.checks import quoted
 from vsctrl.cli import options
 from vsctrl.cli.options import examples
 from vsctrl.cli.output import echo_json
@@ -102,7 +101,7 @@ def _targets(scenario: Path | None, wanted: dict[str, Path | None]) -> dict[str,
         if not problem and real in taken:
             problem = f"is the file of {taken[real]}, too; give each a name of its own"
         if problem:
-            raise InputError(f"{option}: {quoted(str(path))} {problem}.")
+            raise InputError(f"{option}: {options.shown(str(path))} {problem}.")
         taken[real] = option
     return files
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-import numpy as np
 
-from vsctrl.checks import quoted
 from vsctrl.cli import asked, options
 from vsctrl.cli.output import echo_json
 from vsctrl.errors import InputError, nearest
@@ -53,6 +51,8 @@ def step(
     if as_json:
         echo_json({"input": source, "output": target, **info.data()})
     elif as_csv:
+        import numpy as np
+
         from vsctrl.diagram import Step
 
         t = np.linspace(0.0, found.loop.horizon, POINTS)
@@ -72,6 +72,6 @@ def _signal(
     if name not in known:
         listed = ", ".join(known)
         raise InputError(
-            f"{option}: {quoted(name)} is no signal{nearest(name, known)}; it has {listed}."
+            f"{option}: {options.shown(name)} is no signal{nearest(name, known)}; it has {listed}."
         )
     return name

@@ -18,7 +18,9 @@ PREFIX = "together"  #: of the ids of figures that are about several entries
 def together(entries: Sequence[Entry]) -> list[Section]:
     """Sections about all loops, and all scenarios, of a page; none where there is only one."""
     loops = [each for each in entries if each.kind == "loop"]
-    scenarios = [each for each in entries if each.kind == "scenario" and each.source.loop]
+    scenarios = [
+        each for each in entries if each.kind == "scenario" and getattr(each.source, "loop", None)
+    ]
     sections = []
     if len(loops) > 1:
         sections.append(Section("loops", "The loops beside each other", _of_loops(loops)))

@@ -11,7 +11,7 @@ import math
 from vsctrl.report.section import Colour as Kind
 from vsctrl.report.section import Verdict
 from vsctrl.report.sentences import agreement, tracking
-from vsctrl.report.wording import length, listed, per_second, seconds
+from vsctrl.report.wording import digits, length, listed, per_second, seconds
 from vsctrl.study.examination.examination import Examination
 
 CLOSE = 0.02  #: of the way that a lag is, by which run and theory agree, and …
@@ -23,6 +23,8 @@ SHOWN = 10.0  #: what a growing mode must grow by within a run to be seen
 def verdict(x: Examination) -> Verdict:
     """Read an examination: the words, and the colour that they have."""
     kind, first = _works(x)
+    if kind == "good" and x.figure_1 is not None and x.figure_1.comparison.agrees is False:
+        kind = "warning"
     rest = [] if x.loop is None else [*_far(x), *_fast(x), *_limits(x), *_advice(x)]
     rest += [f"Is this meant? {doubt}" for doubt in x.scenario.doubts]
     return Verdict(kind, tuple(sentence for sentence in (first, *rest) if sentence))
@@ -189,7 +191,7 @@ def _agrees(x: Examination) -> str:
 def _arrived(x: Examination) -> str:
     p = x.positioning
     assert p is not None
-    start = f"It starts {length(p.distance)} and {math.degrees(p.angle):.3g}° away"
+    start = f"It starts {length(p.distance)} and {digits(math.degrees(p.angle), 3)}° away"
     found = p.simulated
     if found.to_image is None or found.to_space is None:
         return f"{start} and ends within {length(x.last.distance)} of its goal."

@@ -223,7 +223,7 @@ def _check(system: Numeric, period: float, hold: str, digital: Mapping[str, str]
         )
     diagram = system.diagram
     if not isinstance(hold, str) or hold not in diagram.signals:
-        if hold == "T":
+        if isinstance(hold, str) and hold == "T":
             raise InputError(_ask_for_hold(diagram, period))
         raise InputError(
             f"sampled: hold = {quoted(hold)} is no signal{nearest(hold, diagram.signals)}; "
