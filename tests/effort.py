@@ -22,9 +22,9 @@ def choose(everything: bool) -> None:
     settings.load_profile("long" if everything else "share")
 
 
-def share(cases: int, least: int = 6) -> int:
-    """Of a number of random cases an eighth, but not less than `least`; all with ``--long``."""
-    return cases if long else min(cases, max(least, cases // 8))
+def share(cases: int, least: int = 4) -> int:
+    """Of a number of random cases a twelfth, but not less than `least`; all with ``--long``."""
+    return cases if long else min(cases, max(least, cases // 12))
 
 
 def some(cases: Sequence[Any], number: int) -> list[Any]:

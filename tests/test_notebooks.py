@@ -19,6 +19,7 @@ from IPython.utils.capture import capture_output
 from traitlets.config import Config
 
 FOLDER = Path(__file__).parents[1] / "notebooks"
+KERNEL, LONG = "02_interaction_matrices", "03_six_dof"
 # What a notebook must come to show, as text: results that are known without vsctrl.
 SHOWN = {
     "01_the_one_over_lambda_law": [
@@ -136,7 +137,9 @@ def test_a_notebook_is_kept_without_outputs_and_without_functions(name):
     assert not any("def " in "".join(cell["source"]) for cell in code)
 
 
-@pytest.mark.parametrize("name", SHOWN)
+# One of them runs in a kernel below. What takes minutes, every experiment of `validate_all`, is run
+# piece by piece by the tests of its rooms, and as a notebook with --long.
+@pytest.mark.parametrize("name", [n for n in SHOWN if effort.long or n not in {KERNEL, LONG}])
 def test_a_notebook_runs_silently_and_shows_known_results(name, shell):
     shown = []
     for cell in code_of(name):
@@ -153,7 +156,7 @@ def test_a_notebook_runs_silently_and_shows_known_results(name, shell):
 
 
 # One starts a kernel in every run; its imports alone cost seconds.
-@pytest.mark.parametrize("name", SHOWN if effort.long else ["02_interaction_matrices"])
+@pytest.mark.parametrize("name", SHOWN if effort.long else [KERNEL])
 @pytest.mark.filterwarnings("default")  # the kernel's own sockets, not vsctrl's code
 def test_a_notebook_runs_silently_in_a_kernel(name):
     import nbformat  # seconds, for the grammar of its addresses

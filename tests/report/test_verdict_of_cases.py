@@ -100,7 +100,7 @@ def test_an_unstable_loop_that_nothing_disturbs_is_not_called_stable():
     assert np.abs(x.run.lag).max() < 1e-9
 
 
-@pytest.mark.parametrize("seed", range(share(120)))
+@pytest.mark.parametrize("seed", range(share(180)))
 def test_no_verdict_contradicts_the_run(seed):
     """Random linear loops: bad if and only if the run leaves its reference or would have to."""
     rng = np.random.default_rng(9000 + seed)

@@ -19,7 +19,7 @@ from vsctrl.servo.pose import exp
 from vsctrl.servo.scenario.links import KINDS
 from vsctrl.servo.scenario.scenario import TABLES
 
-CHUNKS, EACH, LONGEST = 16, 84, 300
+CHUNKS, EACH, LONGEST = 24, 56, 300
 ARRAYS = {
     "t": (), "pose": (4, 4), "reference_pose": (4, 4), "features": ("2p",), "reference": ("2p",),
     "error": ("2p",), "measured_error": None, "command": (6,), "twist": (6,), "lag": (6,),
