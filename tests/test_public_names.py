@@ -10,7 +10,7 @@ import pytest
 
 import vsctrl as vs
 
-ROOMS = {name: getattr(vs, name) for name in ("derive", "loop", "paper", "servo", "study")}
+ROOMS = {name: getattr(vs, name) for name in ("derive", "loop", "paper", "plots", "servo", "study")}
 ROOMS["vsctrl"] = vs
 
 

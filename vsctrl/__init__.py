@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from vsctrl.errors import LimitError as LimitError
     from vsctrl.loop import per_sample as per_sample
     from vsctrl.loop.figure1 import figure1 as figure1
+    from vsctrl.report import Report as Report
     from vsctrl.report import plots as plots
     from vsctrl.report import write_report as write_report
     from vsctrl.report.plots import plot as plot
@@ -50,6 +51,7 @@ _HOME = {
     "Parabola": "vsctrl.diagram",
     "Pulse": "vsctrl.diagram",
     "Ramp": "vsctrl.diagram",
+    "Report": "vsctrl.report",
     "Run": "vsctrl.servo",
     "Samples": "vsctrl.diagram",
     "Scenario": "vsctrl.servo",

@@ -98,11 +98,8 @@ def _number(text: str) -> object:
 
 def _of_scenario(scenario: Any) -> Asked:
     from vsctrl import loop as theory
-    from vsctrl.diagram import Loop
 
     own = theory.of(scenario)
-    system = own.system()
-    made = Loop(system.diagram, system.values, name=scenario.name, opened="T")  # type: ignore[arg-type]
     several = len(own.directions) > 1
     note = f"the direction that shakes first, {own.critical.name}" if several else ""
     if own.left_out:
@@ -110,7 +107,7 @@ def _of_scenario(scenario: Any) -> Asked:
     word = "stable" if own.is_stable else "UNSTABLE"
     held = f"As sampled it is {word}: the limit is λ = {own.gain_limit:.4g} s⁻¹."
     about = f"The loop of this scenario in continuous time{f' ({note})' * bool(note)}."
-    return Asked(made, f"{about} {held}")
+    return Asked(own.as_loop(), f"{about} {held}")
 
 
 def draw(figure: Any, path: Path) -> None:

@@ -43,7 +43,8 @@ def compare(
     from vsctrl.tables import visible
 
     names = _names(files)
-    command = f"vsctrl compare {' '.join(path.name for path in files)}"
+    words = [path.name for path in files]
+    command = " ".join(["vsctrl compare", *words, options.typed(None, settings)]).rstrip()
     report = Report(" · ".join(names))
     with Progress() as progress:
         for path, name in zip(files, names, strict=True):

@@ -17,11 +17,13 @@ from vsctrl.report.loop_tables import margins_table, parameter_table, roots_tabl
 from vsctrl.report.loop_verdict import loop_verdict
 from vsctrl.report.rendering import drawn, equations
 from vsctrl.report.section import Entry, Part, Picture, Section, Verbatim
+from vsctrl.report.wording import listed, time
 from vsctrl.tables import escaped, plain
 
-PADE = 6  #: order of the model whose error is shown
+PADE = (1, 2, 4, 6)  #: orders of the models whose errors are shown
 SPREAD = (0.25, 3.0)  #: of a parameter's value, over which the stability chart is drawn
-GRID = (30, 20)
+GRID = (15, 10)  #: on which boundaries are looked for, which are exact wherever they are found
+FINE = (30, 20)  #: the same of chains of roots, whose edge is that of the grid
 
 
 def loop_entry(
@@ -58,10 +60,11 @@ def _of(make: Callable[[], Any]) -> Any:
         return None
 
 
-def figure(drawing: Any, prefix: str, name: str) -> Picture:
-    """A figure of `plots` with its own caption and alternative text."""
+def figure(drawing: Any, prefix: str, name: str, of: str = "") -> Picture:
+    """A figure of `plots` with its own caption and alternative text, with what it is `of`."""
     alt, caption = getattr(drawing, "alt", ""), getattr(drawing, "caption", "")
-    svg = Markup(plots.to_svg(drawing, escaped(alt), f"{prefix}-{name}"))
+    title = escaped(f"{of}: {alt}" if of else alt)
+    svg = Markup(plots.to_svg(drawing, title, f"{prefix}-{name}"))
     return Picture(svg, caption)
 
 
@@ -93,15 +96,15 @@ def _safe(name: str) -> str:
 def _how_fast(loop: Loop, opened: Any, margins: Margins, prefix: str) -> Section:
     parts: list[Part] = [
         margins_table(loop, opened, margins),
-        figure(plots.bode(opened), prefix, "bode"),
-        figure(plots.nyquist(opened), prefix, "nyquist"),
-        figure(plots.nichols(opened), prefix, "nichols"),
+        figure(plots.bode(opened), prefix, "bode", loop.name),
+        figure(plots.nyquist(opened), prefix, "nyquist", loop.name),
+        figure(plots.nichols(opened), prefix, "nichols", loop.name),
     ]
     plant_input = _plant_input(loop)
     if plant_input is not None:
         four = _of(lambda: plots.gang_of_four(loop.system, plant_input, loop.opened))
         if four is not None:
-            parts.append(figure(four, prefix, "four"))
+            parts.append(figure(four, prefix, "four", loop.name))
     return Section("margins", "How close to shaking", parts)
 
 
@@ -125,8 +128,12 @@ def _responses(loop: Loop, prefix: str) -> list[Section]:
         if shown is not None:
             plots.in_unit(shown, loop.time_unit)
             size = f"{one.size:g}".replace("-", "−")
-            parts.append(f"{one.kind.capitalize()} of {size} in {one.input}.")
-            parts.append(figure(shown, prefix, f"response{i}"))
+            what = f"{one.kind.capitalize()} of {size} in {one.input}"
+            until = time(loop.horizon, loop.time_unit)
+            told = shown.caption if shown.caption != shown.alt else ""
+            shown.alt = f"{what}: responses of {listed(loop.watched)} over {until}."
+            shown.caption = " ".join(filter(None, [f"{what}, over {until}.", told]))
+            parts.append(figure(shown, prefix, f"response{i}", loop.name))
     table = step_table(loop)
     if table is not None:
         parts.append(table)
@@ -142,9 +149,9 @@ def _drawn_response(loop: Loop, signal: Any, channels: list[Any]) -> Any:
 
 def _roots(loop: Loop, prefix: str) -> Section:
     parts: list[Part] = []
-    shown = _of(lambda: plots.pole_map(loop.system))
+    shown = _of(lambda: plots.pole_map(loop.system, names=[loop.name]))
     if shown is not None:
-        parts.append(figure(shown, prefix, "roots"))
+        parts.append(figure(shown, prefix, "roots", loop.name))
     parts.append(roots_table(loop))
     return Section("roots", "Its characteristic roots", parts)
 
@@ -172,33 +179,30 @@ def _chart(loop: Loop, prefix: str) -> list[Section]:
     if ranges is None:
         return []
     chart = _of(lambda: loop.system.stability_chart(ranges, grid=GRID))
+    if chart is not None and np.isinf(chart.unstable).any():
+        chart = _of(lambda: loop.system.stability_chart(ranges, grid=FINE))
     if chart is None:
         return []
     here = (loop.values[chart.x_name], loop.values[chart.y_name])
     text = (
-        f"Over {chart.x_name} and {chart.y_name}, all else as it is: here they are {here[0]:g} and "
-        f"{here[1]:g}. {chart.sentence}"
+        f"Over {chart.x_name} and {chart.y_name} in SI units, all else as it is; the dot is this "
+        f"loop, {here[0]:g} and {here[1]:g}."
     )
-    return [
-        Section(
-            "chart",
-            "Where it is stable",
-            [figure(plots.stability_chart(chart), prefix, "chart"), text],
-        )
-    ]
+    drawn_chart = figure(plots.stability_chart(chart, here=here), prefix, "chart", loop.name)
+    return [Section("chart", "Where it is stable", [text, drawn_chart])]
 
 
 def _models(loop: Loop, opened: Any, prefix: str) -> list[Section]:
     parts: list[Part] = []
     if opened is not None and any(block.delays for block in loop.system.blocks):
-        model = _of(lambda: opened.pade(PADE))
-        if model is not None:
-            parts.append(figure(plots.pade(model), prefix, "pade"))
+        errors = _of(lambda: plots.pade(opened, PADE))
+        if errors is not None:
+            parts.append(figure(errors, prefix, "pade", loop.name))
     if loop.sampled is not None:
         twin = loop.sampled
-        shown = _of(lambda: plots.pole_map(twin))
+        shown = _of(lambda: plots.pole_map(twin, names=[f"{loop.name}, sampled"]))
         if shown is not None:
-            parts.append(figure(shown, prefix, "twin"))
+            parts.append(figure(shown, prefix, "twin", loop.name))
         largest = np.abs(twin.poles(1))
         text = "stable" if twin.is_stable else "unstable"
         parts.append(

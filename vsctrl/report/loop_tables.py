@@ -45,7 +45,7 @@ def margins_table(loop: Loop, opened: Any, margins: Margins) -> Table:
     except (InputError, LimitError):
         pass
     rows.append(("|L| = 1 at", _listed(margins.gain_crossings)))
-    rows.append(("L on the real axis at", _listed(margins.phase_crossings)))
+    rows.append(("L real and negative at", _listed(margins.phase_crossings)))
     return Table((), rows, f"Opened at {loop.opened}, delays exact", left=2)
 
 

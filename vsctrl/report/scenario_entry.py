@@ -27,6 +27,8 @@ from vsctrl.study.examination.positioning import Arrival
 from vsctrl.study.statements import about as statements_about
 from vsctrl.tables import escaped
 
+A_LOOP = 100.0  #: times the length of its line, from which on a path returns to where it began
+
 PLACES = {
     "measurement": "in the measurement",
     "aligned": "in the measurement, reference aligned with it",
@@ -110,9 +112,8 @@ def _positioning(x: Examination, prefix: str) -> list[Section]:
     table = Table(("", "simulated", "linear loop"), rows, "How it arrives")
     bends: list[Part] = [
         f"In the image a point leaves its straight line by up to {digits(p.image_bend, 3)} px, its "
-        f"path being {digits(p.image_detour, 3)} times as long; in space the camera leaves its own "
-        f"by up to {length(p.space_bend)}, its path being {digits(p.space_detour, 3)} times as "
-        "long."
+        f"path being {_longer(p.image_detour)}; in space the camera leaves its own by up to "
+        f"{length(p.space_bend)}, its path being {_longer(p.space_detour)}."
         + (
             f" At the least {p.visible} of {p.points} points were in the image."
             if p.visible < p.points
@@ -120,6 +121,15 @@ def _positioning(x: Examination, prefix: str) -> list[Section]:
         )
     ]
     return [Section("arrival", "How it arrives", [figure, table, *bends])]
+
+
+def _longer(detour: float) -> str:
+    """How much longer a path is than its straight line."""
+    if detour < 1.0005:
+        return "no longer"
+    if detour < 2:
+        return f"{digits(100 * (detour - 1), 2)} % longer"
+    return f"{digits(detour, 3)} times as long" if detour < A_LOOP else "a loop"
 
 
 ARRIVAL: dict[str, tuple[str, float, str]] = {

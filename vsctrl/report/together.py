@@ -10,8 +10,9 @@ from vsctrl.errors import InputError, LimitError
 from vsctrl.report import plots
 from vsctrl.report.loop_entry import figure
 from vsctrl.report.section import Entry, Part, Section, Table
-from vsctrl.report.wording import digits, length, per_second, seconds, time
+from vsctrl.report.wording import digits, length, listed, per_second, seconds, time
 
+STILL = 1e-3  #: of the mean distance, less of which is no swing
 PREFIX = "together"  #: of the ids of figures that are about several entries
 
 
@@ -42,8 +43,9 @@ def _of_loops(entries: list[Entry]) -> list[Part]:
     steps = [_first_step(loop) for loop in loops]
     if None not in steps:
         last = max(loop.horizon for loop in loops)
-        drawn = plots.step(*steps, t=last, names=names)
+        drawn: Any = plots.step(*steps, t=last, names=names)
         plots.in_unit(drawn, loops[0].time_unit)
+        drawn.alt = f"Step responses of {listed(names)}."
         parts.append(figure(drawn, PREFIX, "step"))
     return parts
 
@@ -101,7 +103,9 @@ def _of_scenarios(entries: list[Entry]) -> list[Part]:
         constant = None if x.advice is None else x.advice.constant
         last = x.last
         side = "" if not last.along_motion else " behind" if last.mean < 0 else " ahead"
-        where = f"{length(abs(last.mean))} ± {length(last.half_range)}{side}"
+        swings = last.half_range > STILL * abs(last.mean)
+        swing = f" ± {length(last.half_range)}" if swings else ""
+        where = f"{length(abs(last.mean))}{swing}{side}"
         rows.append(
             (
                 each.name,

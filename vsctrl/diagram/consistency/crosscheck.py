@@ -106,8 +106,8 @@ def _channel(channel: NumericChannel) -> list[Check]:
     return [
         compiled,
         Check(name, "state space against compiled", _largest(realised - exact, scale), 1e-9),
-        _at_zero(channel, name),
-        _roots(channel, name),
+        _at_zero(channel, name, expr),
+        _roots(channel, name, expr),
         _time(channel, name),
         *_pade(channel, name, points),
         *_sampled(channel, name),
@@ -128,7 +128,7 @@ def _loop(loop: NumericChannel) -> list[Check]:
     return out
 
 
-def _at_zero(channel: NumericChannel, name: str) -> Check:
+def _at_zero(channel: NumericChannel, name: str, expr: Expr) -> Check:
     """H(0), a limit where blocks are infinite, against the symbolic H so near to 0 that it is it.
 
     At s = 1e-60 rad/s times the channel's own rate with 400 digits H differs from its limit by
@@ -136,7 +136,6 @@ def _at_zero(channel: NumericChannel, name: str) -> Check:
     """
     faces = "H(0) against symbolic, s → 0"
     point = Rational(1, 10**60) * Rational(f"{1 / _unit(channel):.17g}")
-    expr = channel.system.transfer(channel.source, channel.target)
     near = channel.sign * complex(expr.subs(s, point).evalf(30, maxn=1000))
     value = complex(channel(0.0))
     if math.isinf(abs(value)):
@@ -233,14 +232,14 @@ def _sampled(channel: NumericChannel, name: str) -> list[Check]:
     ]
 
 
-def _roots(channel: NumericChannel, name: str) -> Check:
+def _roots(channel: NumericChannel, name: str, expr: Expr) -> Check:
     """Each pole against the symbolic denominator D: D⁽ᵏ⁾ beside what its terms add up to.
 
     A pole listed m times is a zero of D, …, D⁽ᵐ⁻¹⁾, so that different poles taken for a multiple
     one show; rounding of the coefficients moves D by ε of the sum of its terms' moduli.
     """
     faces = "poles against symbolic denominator"
-    above, below = channel.system.transfer(channel.source, channel.target).as_numer_denom()
+    above, below = expr.as_numer_denom()
     if above == 0:
         return Check(name, faces, 0.0, 1e-9, "the channel is 0")
     poles = rightmost.poles(channel.realisation, 4)

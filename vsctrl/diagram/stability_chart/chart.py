@@ -98,7 +98,7 @@ def stability_chart(
     if boundaries:
         change = f"{len(boundaries)} boundar{'y' if len(boundaries) == 1 else 'ies'}"
         change += " explain" + ("s" if len(boundaries) == 1 else "") + " every change of the count"
-    sentence = f"On a grid of {columns} × {rows} {change}."
+    sentence = f"On a grid of {columns} × {rows}, {change}."
     if missed:
         sentence = (
             f"{missed} changes of the count between neighbours of a {columns} × {rows} grid could "

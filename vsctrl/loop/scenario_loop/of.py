@@ -20,9 +20,11 @@ from vsctrl.loop.scenario_loop.frame_map import FrameMap
 from vsctrl.loop.scenario_loop.gain_range import gain_limit
 from vsctrl.loop.scenario_loop.left_out import left_out
 from vsctrl.loop.scenario_loop.predicted import predicted_lag, seen_drift
+from vsctrl.loop.scenario_loop.summary import summary_lines
+from vsctrl.tables import Lines
 
 if TYPE_CHECKING:
-    from vsctrl.diagram import Diagram
+    from vsctrl.diagram import Diagram, Loop
     from vsctrl.diagram.channel import OpenLoop
     from vsctrl.diagram.sampled.system import SampledSystem
     from vsctrl.diagram.system import System
@@ -35,7 +37,7 @@ PARTING = 1e-9  #: … and by what M is then changed, so that they are not
 
 
 @dataclass(frozen=True, eq=False)
-class ScenarioLoop(Caching):
+class ScenarioLoop(Lines, Caching):
     """The linear loop of a scenario: its elements, and M, (6, 6) in m and rad, with directions.
 
     M is how strongly the law answers a small lag at the start, as the camera moves: 1 where all is
@@ -71,6 +73,16 @@ class ScenarioLoop(Caching):
                 "signal does not have; see gain_limit, is_stable and eigenvalues."
             )
         return scenario_system(self.elements, chosen.kappa.real)
+
+    def as_loop(self, direction: Direction | None = None) -> Loop:
+        """The same as a `Loop`, opened at the command T, to draw, to save and to report.
+
+        Errors: as of `system`.
+        """
+        from vsctrl.diagram import Loop
+
+        system = self.system(direction)
+        return Loop(system.diagram, system.values, name=self.scenario.name, opened="T")  # type: ignore[arg-type]
 
     def open(self, direction: Direction | None = None) -> OpenLoop:
         """The continuous loop, opened at the command T; its margins are those of the loop."""
@@ -133,6 +145,9 @@ class ScenarioLoop(Caching):
         To first order in the lag; None for a reference that turns as well as changes its twist.
         """
         return predicted_lag(self.scenario, self.elements, self.M)
+
+    def _lines(self) -> dict[str, str]:
+        return summary_lines(self)
 
     def data(self) -> dict[str, Any]:
         """Its numbers as JSON takes them, gains in s⁻¹."""

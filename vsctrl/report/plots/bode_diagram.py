@@ -17,7 +17,7 @@ from vsctrl.report.plots.margin_words import nearest_gain, nearest_phase, senten
 from vsctrl.report.plots.style import INK, SERIES, label
 from vsctrl.report.plots.subject import Subject, subjects
 
-NARROW = 5.0  #: inches, below which marks have numbers only
+NARROW = 5.0  #: inches of a figure of one column, below which marks have numbers only
 DEEPEST = 80.0  #: dB below the highest gain that are shown of a notch or a roll-off
 
 
@@ -175,7 +175,9 @@ def _bar(named: bool) -> Any:
 
 def _brief(axes: Axes) -> bool:
     figure = axes.get_figure(root=True)
-    return figure is not None and figure.get_figwidth() < NARROW
+    # A single column of axes has 0.775 of a figure's width.
+    share = axes.get_position(original=True).width / 0.775
+    return figure is not None and share * figure.get_figwidth() < NARROW
 
 
 def _place(axes: Axes, omega: float) -> float:

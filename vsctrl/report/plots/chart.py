@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -26,12 +27,14 @@ _NAMES = {
 
 
 @takes(StabilityChart)
-def stability_chart(chart: StabilityChart, *, size: Size = None) -> Figure:
+def stability_chart(
+    chart: StabilityChart, *, here: tuple[float, float] | None = None, size: Size = None
+) -> Figure:
     """Where over two parameters the loop is stable, how many roots are unstable elsewhere.
 
     Lines are the exact boundaries: solid where a pair of roots crosses, with its frequency in
-    rad/s, dashed where a real root passes 0. The stable region is filled in `WITH`. size: (width,
-    height), inches.
+    rad/s, dashed where a real root passes 0. The stable region is filled in `WITH`. here: (x, y) of
+    the loop itself, a dot. size: (width, height), inches.
     """
     regions = chart.regions(1200, 800)
     with picture_of(size, (7.2, 4.8)) as figure:
@@ -42,7 +45,9 @@ def stability_chart(chart: StabilityChart, *, size: Size = None) -> Figure:
         shade[unstable, :3] = to_rgb(WITHOUT)
         # Ever darker with every pair, never so dark that the words in it cannot be read.
         shade[unstable, 3] = 0.42 - 0.34 * 0.75 ** (regions.unstable[unstable] - 1)
-        axes.imshow(shade, extent=box, origin="lower", aspect="auto", zorder=0)
+        # As it is: resampled it would be ten times as large in a page, with noise in every colour.
+        how: Any = {"interpolation": "none", "aspect": "auto", "zorder": 0}
+        axes.imshow((255 * shade).round().astype("u1"), extent=box, origin="lower", **how)
         for boundary in chart.boundaries:
             axes.plot(
                 *boundary.points.T,
@@ -53,6 +58,8 @@ def stability_chart(chart: StabilityChart, *, size: Size = None) -> Figure:
             )
             _frequencies(axes, chart, boundary)
         _counts(axes, regions)
+        if here is not None:
+            axes.plot(*here, "o", color=INK, markersize=6, zorder=6)
         axes.set(xlim=box[:2], ylim=box[2:])
         axes.set_xlabel(_NAMES.get(chart.x_name, chart.x_name))
         axes.set_ylabel(_NAMES.get(chart.y_name, chart.y_name))

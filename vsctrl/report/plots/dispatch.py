@@ -7,75 +7,44 @@ from collections.abc import Callable, Iterator
 from inspect import Parameter, signature
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from vsctrl.checks import quoted
+from vsctrl.diagram import Loop
 from vsctrl.diagram.channel import Channel
 from vsctrl.diagram.description.wiring import Wiring
 from vsctrl.diagram.sampled.channel import SampledChannel
 from vsctrl.diagram.sampled.system import SampledSystem
 from vsctrl.diagram.stability_chart.chart import StabilityChart
 from vsctrl.diagram.system import System
-from vsctrl.errors import ImproperError, InputError
+from vsctrl.errors import InputError
+from vsctrl.loop import ScenarioLoop
 from vsctrl.report.plots.bode_diagram import bode
-from vsctrl.report.plots.canvas import Size, canvas
 from vsctrl.report.plots.chart import stability_chart
 from vsctrl.report.plots.comparisons import comparison, validation
 from vsctrl.report.plots.diagram_picture import block_diagram
 from vsctrl.report.plots.measured import sine_response
+from vsctrl.report.plots.overviews import loop_overview, scenario_loop_overview, system_overview
 from vsctrl.report.plots.pade_study import pade
 from vsctrl.report.plots.remedies import remedies
 from vsctrl.report.plots.root_maps import pole_map
 from vsctrl.report.plots.run import run_figure
-from vsctrl.report.plots.style import Picture
-from vsctrl.report.plots.time_responses import step, time_response
+from vsctrl.report.plots.time_responses import time_response
 from vsctrl.servo import Run, Scenario
 from vsctrl.study import Comparison, Remedies, SineResponse, Validation
 
 Draw = Callable[..., Figure]
 
-MOST_OUTPUTS = 4  #: of a system, whose step responses are drawn
-
 DRAWABLE = (
-    "a diagram, a system, a channel, an opened loop, a sampled twin, a stability chart, a run, a "
-    "comparison, a validation, remedies, or python-control's systems and responses"
+    "a diagram, a system, a channel, an opened loop, a loop, a sampled twin, a stability chart, "
+    "a run, a comparison, a validation, remedies, or python-control's systems and responses"
 )
-
-
-def system_overview(system: Any, *, ax: Any = None, size: Size = None) -> Figure:
-    """Roots of a system, and its step responses from the first input to each output.
-
-    Responses of channels that would answer a step with an impulse are left out. ax: two axes of
-    yours. size: (width, height), inches. Returns the figure, with `caption` and `alt`.
-    """
-    diagram = system.diagram
-    channels = []
-    for output in diagram.outputs[:MOST_OUTPUTS] if diagram.inputs else ():
-        channel = system[diagram.inputs[0], output]
-        try:
-            channel.realisation  # noqa: B018 - an improper channel has none
-        except ImproperError:
-            continue
-        channels.append(channel)
-    if not channels:
-        return pole_map(system, ax=ax, size=size)
-    narrow = size is not None and np.size(size) == 2 and size[0] < 5
-    shape = (2, 1) if narrow else (1, 2)
-    with canvas(ax, size, (8.4, 4.2), *shape) as (figure, (left, right)):
-        pole_map(system, ax=left)
-        roots = figure.caption if isinstance(figure, Picture) else ""
-        left.set_title("roots")
-        step(*channels, ax=right)
-        right.set_title(f"unit step in {channels[0].source}")
-        if isinstance(figure, Picture):
-            figure.caption = f"{roots} {figure.caption}".strip()
-            figure.alt = f"Roots of a system in s, and {figure.alt[:1].lower()}{figure.alt[1:]}"
-    return figure
 
 
 #: What draws which type, the most special first.
 _KINDS: list[tuple[type, Draw]] = [
+    (Loop, loop_overview),
+    (ScenarioLoop, scenario_loop_overview),
     (Wiring, block_diagram),
     (System, system_overview),
     (Channel, bode),
@@ -107,9 +76,10 @@ def register(kind: type, draw: Draw) -> None:
 def plot(x: Any, **options: Any) -> Figure:
     """The figure of any result, by its type; what the options are, its own function tells.
 
-    A diagram is drawn, of a system the roots and step responses, of a channel, an opened loop (with
-    its margins) and python-control's systems the Bode diagram, of a sampled twin the poles in z, of
-    a Padé model its error; charts, runs, comparisons, validations and remedies as they are.
+    A diagram is drawn, of a system the roots and step responses, of a loop (also `vs.loop.of` a
+    scenario) margins, roots and response, of a channel, an opened loop and python-control's systems
+    the Bode diagram, of a sampled twin the poles in z, of a Padé model its error; charts, runs,
+    comparisons, validations and remedies as they are.
     ``vs.plot(x, size=(4, 3))``. Returns a Matplotlib figure that pyplot does not hold, with
     `caption`, what to notice, and `alt`, what is drawn.
     Errors: `InputError` for what cannot be drawn, and for an option that its figure does not have.

@@ -188,7 +188,17 @@ def _marks(axes: Axes, subject: Subject, turn: Complex, rim: float) -> None:
         axes.plot(around.real, around.imag, color=SERIES[1], linewidth=1.0)
         words = f"1/Ms = {short(m.modulus)}"
         top = min(m.modulus, 0.93 * rim)
-        label(axes, words, (-1, top), (0, 3), ha="center", va="bottom", color=INK, fontsize=8.5)
+        label(
+            axes,
+            words,
+            (-1, top),
+            (0, 3),
+            ha="center",
+            va="bottom",
+            color=INK,
+            fontsize=8.5,
+            zorder=5,
+        )
     if (gain := nearest_gain(m)) is not None and 1 / gain[1] < rim:
         axes.plot(-1 / gain[1], 0, label="_gain margin", **dot)
     if (phase := nearest_phase(m)) is not None:

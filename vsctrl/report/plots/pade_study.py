@@ -19,7 +19,7 @@ from vsctrl.report.plots.style import GREY, SERIES
 ORDERS = (1, 2, 3, 4, 6, 8)
 DRAWN = 4  #: orders whose error is drawn over ω
 POINTS = 300
-LEAST = 1e-16  #: errors below are rounding
+LEAST = 1e-14  #: errors below are rounding
 
 
 def pade(

@@ -28,6 +28,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 INK = "#010203"
+PAPER = "#fefdfc"  #: behind words; the page turns it into its own background
 EXACT = "#2f6fb7"
 WITH, WITHOUT = "#1b9e77", "#d95f02"
 PADE = {1: "#b47b12", 2: "#c0569b", 4: "#7a5fc0"}
@@ -60,6 +61,10 @@ STYLE: Any = {
 }
 
 DPI = 160  #: of the picture that a notebook shows
+
+_ID = re.compile(r'\sid="([^"]*)"')
+_REFERENCE = re.compile(r'(href="#|url\(#)([^")]*)')
+_FRACTION = re.compile(r"-?\d+\.\d{3,}")
 
 
 class Picture(Figure):
@@ -103,9 +108,20 @@ def to_svg(figure: Figure, title: str, prefix: str) -> str:
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
     svg = re.sub(r'\s(?:xmlns(?::\w+)?|version)="[^"]*"', "", svg)
     svg = svg.replace(INK, "currentColor").replace("xlink:href", "href")
-    svg = re.sub(r'\bid="', f'id="{prefix}-', svg)
-    svg = re.sub(r'(href="#|url\(#)', rf"\g<1>{prefix}-", svg)
+    svg = svg.replace(PAPER, "var(--paper, #fff)")
+    used = dict.fromkeys(found[2] for found in _REFERENCE.finditer(svg))
+    name = {old: f"{prefix}-{number}" for number, old in enumerate(used)}
+    svg = _ID.sub(lambda found: f' id="{name[found[1]]}"' if found[1] in name else "", svg)
+    svg = _REFERENCE.sub(lambda found: found[1] + name[found[2]], svg)
+    svg = re.sub(r"<!--.*?-->|^ +", "", svg, flags=re.DOTALL | re.MULTILINE)
+    svg = _FRACTION.sub(_short, svg)
     return svg.replace("<svg", f'<svg role="img" aria-label="{title}"', 1)
+
+
+def _short(number: re.Match[str]) -> str:
+    """A position to a hundredth of a point, finer than any screen, and a factor to six places."""
+    value = float(number[0])
+    return f"{value:.{2 if abs(value) >= 1 else 6}f}".rstrip("0").rstrip(".")
 
 
 @contextmanager
@@ -116,7 +132,12 @@ def drawing(width: float, height: float) -> Iterator[Picture]:
 
 
 def label(axes: Axes, words: str, point: Any, shift: tuple[float, float], **style: Any) -> None:
-    """Words beside a point (x, y in data), `shift` points right of and above it."""
+    """Words beside a point (x, y in data), `shift` points right of and above it.
+
+    What is drawn below them stays faintly visible.
+    """
+    behind = {"boxstyle": "round,pad=0.1", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.75}
+    style.setdefault("bbox", behind)
     axes.annotate(words, point, shift, textcoords="offset points", **style)
 
 

@@ -15,6 +15,7 @@ LAST = 0.25  #: share of the frames that is the last part
 STEADY = 0.1  #: of the mean lag, by which what is steady may swing
 SMALL = 1e-5  #: m, below which a swing is not spoken of
 GROWS = 1.05  #: by which the second half of the last part is larger where a swing grows
+SLOWING = 0.9  #: of its way in one half, what goes to an end covers less in the next
 FEW = 8  #: frames, of which no last part can be told
 
 Kind = Literal[
@@ -69,10 +70,13 @@ def _kind(run: Run, last: Any, distance: Any) -> Kind:
     half_range = float(np.ptp(last)) / 2
     if half_range <= max(STEADY * abs(float(last.mean())), SMALL):
         return "steady"
+    # A cycle may take longer than the last part: what grows is beyond the half before it too.
+    largest, before = float(distance[-n:].max()), float(distance[-3 * n : -n].max(initial=0.0))
+    grows = largest > GROWS * before
+    if int(np.sum(np.diff(np.sign(np.diff(last))) != 0)) < 2:
+        slowing = np.ptp(second) < SLOWING * np.ptp(first)
+        if grows:
+            return "settling" if slowing else "receding"
+        return "settling" if GROWS * largest < before else "swinging"
     size = [float(np.sqrt(np.mean((half - half.mean()) ** 2))) for half in (first, second)]
-    middle = distance[-2 * n : -n]
-    turns = int(np.sum(np.diff(np.sign(np.diff(last))) != 0))
-    if turns < 2:
-        grows = float(second.mean()) > GROWS * float(middle.mean() if len(middle) else 0.0)
-        return "receding" if grows else "settling"
-    return "growing" if size[1] > GROWS * size[0] else "swinging"
+    return "growing" if grows and size[1] > GROWS * size[0] else "swinging"

@@ -142,13 +142,13 @@ def _image_paths(run: Run) -> tuple[float, float]:
 
 
 def _bend(path: Array) -> float:
-    """The greatest distance of a path (n, d) from the line between its ends."""
+    """The greatest distance of a path (n, d) from the straight way between its ends, no further."""
     chord = path[-1] - path[0]
     length = float(np.linalg.norm(chord))
     from_start = path - path[0]
     if not length:
         return float(np.linalg.norm(from_start, axis=1).max())
-    along = from_start @ (chord / length)
+    along = np.clip(from_start @ (chord / length), 0, length)
     return float(np.linalg.norm(from_start - np.outer(along, chord / length), axis=1).max())
 
 
