@@ -182,3 +182,15 @@ def test_a_mode_that_swings_for_thousands_of_its_periods_beside_a_fast_one():
     # The last excursion beyond 2 % is within a half turn of where the envelope passes it.
     envelope = np.log(2 * abs(residue) / 0.02) / (zeta * w)
     assert envelope - np.pi / p.imag <= info.settling_time <= envelope
+
+
+def test_a_moving_average_in_a_loop_with_a_fast_lag_has_step_figures():
+    """(1 − e^{−Ns})/(Ns) has a pole at 0 in its blocks, and none in the loop."""
+    N = sp.Rational(22, 5)
+    average = (1 - exp(-N * s)) / (N * s)
+    loop = looped(3 / (s / 100 + 1) * average * exp(-sp.Rational(809, 100000) * s))
+    info = loop["r", "y"].step_info()
+    assert info.final == pytest.approx(0.75, rel=1e-12)
+    t = info.settling_time * np.array([0.999, 1.001])
+    before, after = np.abs(answer(loop["r", "y"], t) - 0.75) > 0.02 * 0.75
+    assert before and not after
