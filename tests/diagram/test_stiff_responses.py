@@ -162,3 +162,35 @@ def test_what_arrives_when_all_else_has_long_been_at_rest_is_resolved(late):
     y = H.response(Step(), late + since).outputs
     # The times themselves are rounded by ε τ, which is 100 ε τ of y.
     assert y == pytest.approx(1 - np.exp(-100 * since), rel=1e-10)
+
+
+def test_a_mode_that_swings_for_thousands_of_its_periods_beside_a_fast_one():
+    """e^{st} on a circle round its pole would grow beyond all numbers before it is at rest.
+
+    Of ω²/(s² + 2ζωs + ω²)/(1 + s/b) the residues at p = −ζω + jω√(1 − ζ²) and at −b are known.
+    """
+    zeta, w, b = 1 / 300, 0.3, 1000.0
+    H = w**2 / (s**2 + 2 * sp.Rational(1, 300) * w * s + w**2) / (1 + s / b)
+    plant = Diagram([Block("P", H.subs(w, sp.Rational(3, 10)), "u -> y")], ["u"], ["y"]).at()
+    info = plant["u", "y"].step_info()
+    p = w * (-zeta + 1j * np.sqrt(1 - zeta**2))
+    residue = w**2 / (p * (p - p.conjugate()) * (1 + p / b))
+    t = np.linspace(0, 60, 2_000_001)
+    y = 1 + 2 * (residue * np.exp(p * t)).real
+    y += w**2 / ((b * b - 2 * zeta * w * b + w**2) * -1) * np.exp(-b * t)
+    assert info.overshoot == pytest.approx(y.max() - 1, abs=1e-9)
+    # The last excursion beyond 2 % is within a half turn of where the envelope passes it.
+    envelope = np.log(2 * abs(residue) / 0.02) / (zeta * w)
+    assert envelope - np.pi / p.imag <= info.settling_time <= envelope
+
+
+def test_a_moving_average_in_a_loop_with_a_fast_lag_has_step_figures():
+    """(1 − e^{−Ns})/(Ns) has a pole at 0 in its blocks, and none in the loop."""
+    N = sp.Rational(22, 5)
+    average = (1 - exp(-N * s)) / (N * s)
+    loop = looped(3 / (s / 100 + 1) * average * exp(-sp.Rational(809, 100000) * s))
+    info = loop["r", "y"].step_info()
+    assert info.final == pytest.approx(0.75, rel=1e-12)
+    t = info.settling_time * np.array([0.999, 1.001])
+    before, after = np.abs(answer(loop["r", "y"], t) - 0.75) > 0.02 * 0.75
+    assert before and not after

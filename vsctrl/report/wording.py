@@ -36,14 +36,31 @@ def listed(names: Sequence[str]) -> str:
 
 
 def digits(value: float, n: int) -> str:
-    """A number to n significant digits."""
-    return f"{Decimal(f'{value:.{n}g}'):f}".replace("-", "−")
+    """A number to n significant digits; of what is very large or very small as 1.23·10⁻⁷."""
+    found = float(f"{value:.{n}g}") + 0.0  # of −0, 0
+    if found and not SMALLEST <= abs(found) < LARGEST:
+        leading, power = f"{found:.{n - 1}e}".split("e")
+        shown = f"{float(leading):g}·10{str(int(power)).translate(RAISED)}"
+    else:
+        shown = f"{Decimal(f'{found:.{n}g}'):f}"
+    return shown.replace("-", "−")
 
 
-#: seconds in a unit of time in which a loop is told
-UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
+#: Between these a number is written out.
+SMALLEST, LARGEST = 1e-5, 1e7
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+#: seconds in a unit of time in which a loop is told, and in those that are smaller
+UNITS = {"ns": 1e-9, "µs": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
+FEW, MANY = 0.01, 1e4  #: of its unit, where a time is told in a smaller or a larger one
 
 
 def time(value: float, unit: str) -> str:
-    """A time (s) in the unit in which its loop is told."""
-    return f"{digits(value / UNITS[unit], 3)} {unit}"
+    """A time (s) in the unit in which its loop is told, or in one that suits it much better."""
+    names = list(UNITS)
+    k = names.index(unit)
+    if 0 < value < FEW * UNITS[unit]:
+        k = max((i for i in range(k) if value >= UNITS[names[i]]), default=0)
+    elif value >= MANY * UNITS[unit]:
+        k = max((i for i in range(k, len(names)) if value >= UNITS[names[i]]), default=k)
+    return f"{digits(value / UNITS[names[k]], 3)} {names[k]}"

@@ -24,6 +24,8 @@ LIVES = 40.0  #: time constants after which e^{−t/T} is 4e-18
 MOST_SWINGS = 5000  #: of one mode until it is at rest: a damping ratio of 1/800
 STEPS = 2e4  #: fastest time constants up to which the whole is solved step by step
 POINTS = 64  #: on the circle round a pole that its residue is taken from
+ORDERS = 4  #: of a pole at most
+NOISE = 1e-12  #: of what goes into a residue, below which it is rounding
 AGREES = 1e-9  #: of the response, how far residues and solution may differ
 
 
@@ -107,28 +109,36 @@ def _continued(
 class _Modes:
     """H(0) a + Σ over slow poles of what their residues in a H(s)/s make of the step response.
 
-    Each is (1/2πj) ∮ a H(s)/s e^{st} ds round the pole, of whatever order, which needs the place of
-    the pole only to be inside.
+    Of a pole p each is e^{pt} Σ c_k t^{k−1}/(k − 1)!, c_k = (1/2πj) ∮ (s − p)^{k−1} a H(s)/s ds
+    round it, of whatever order up to ORDERS; p needs only to be inside. Pulled out of the integral
+    e^{pt} does not grow on the circle, however long the pole lives.
     """
 
     def __init__(self, system: DelaySystem, amplitude: float, slow: Complex) -> None:
-        poles = np.unique(slow[slow.imag >= 0])
+        self.poles = np.unique(slow[slow.imag >= 0])
         known = np.append(slow, 0.0)
         turn = np.exp(2j * np.pi * (np.arange(POINTS) + 0.5) / POINTS)
-        radius = np.array([0.4 * np.abs(known - p)[known != p].min() for p in poles])
-        self.s = poles[:, None] + radius[:, None] * turn
-        values = amplitude * system.transfer(self.s)[..., 0, 0] / self.s
-        pair = np.where(poles.imag == 0, 1.0, 2.0)
-        self.weights = values * (pair * radius / POINTS)[:, None] * turn
-        self.final: float = amplitude * float(system.transfer(np.zeros(1, complex))[0, 0, 0].real)
+        radius = np.array([0.4 * np.abs(known - p)[known != p].min() for p in self.poles])
+        s = self.poles[:, None] + radius[:, None] * turn
+        values = amplitude * system.transfer(s)[..., 0, 0] / s
+        pair = np.where(self.poles.imag == 0, 1.0, 2.0)
+        k = np.arange(1, ORDERS + 1)
+        # In units of the circle's radius, in which what is rounding is seen to be.
+        moments = (values[:, None, :] * turn ** k[:, None]).mean(axis=-1)
+        moments[np.abs(moments) < NOISE * np.abs(values).max(axis=1, keepdims=True)] = 0.0
+        self.weights = pair[:, None] * moments * radius[:, None] ** k
+        # H(0) as a mean round 0, where blocks may have a pole that the channel does not show.
+        about = system.transfer(0.4 * np.abs(slow).min() * turn)
+        self.final: float = amplitude * float(about[..., 0, 0].mean().real)
 
     @property
     def size(self) -> float:
         """The largest of what it is made of, whose rounding it has."""
-        return max(abs(self.final), float(np.abs(self.weights).sum()))
+        return max(abs(self.final), float(np.abs(self.weights[:, 0]).sum()))
 
     def __call__(self, t: Array) -> Array:
         total = np.full(np.shape(t), self.final)
-        for s, weights in zip(self.s, self.weights, strict=True):
-            total += (np.exp(s * t[..., None]) @ weights).real
+        for p, weights in zip(self.poles, self.weights, strict=True):
+            rising = sum(c * t**k / math.factorial(k) for k, c in enumerate(weights))
+            total += (np.exp(p * t) * rising).real
         return total
