@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
@@ -54,14 +55,14 @@ def last_part(run: Run) -> LastPart:
         values, along = distance, False
     last = values[-n:]
     mean, half_range = float(last.mean()), float(np.ptp(last)) / 2
-    kind = _kind(run, last, distance)
+    kind = _kind(run, values, distance, n)
     return LastPart(kind, mean, half_range, float(distance[-n:].max()), along, n)
 
 
-def _kind(run: Run, last: Any, distance: Any) -> Kind:
+def _kind(run: Run, values: Any, distance: Any, n: int) -> Kind:
     if not run.status.complete:
         return "ended early"
-    n = len(last)
+    last = values[-n:]
     first, second = distance[-n : -n // 2], distance[-n // 2 :]
     if float(distance[-n:].max()) < SMALL:
         return "at its reference"
@@ -78,5 +79,9 @@ def _kind(run: Run, last: Any, distance: Any) -> Kind:
         if grows:
             return "settling" if slowing else "receding"
         return "settling" if GROWS * largest < before else "swinging"
-    size = [float(np.sqrt(np.mean((half - half.mean()) ** 2))) for half in (first, second)]
-    return "growing" if grows and size[1] > GROWS * size[0] else "swinging"
+    # What is random, or swings more slowly than that, is larger in one half than in another too.
+    middle = distance[-2 * n : -n]
+    halves = [part for part in (*np.array_split(middle, 2), first, second) if len(part)]
+    size = [float(np.sqrt(np.mean((half - half.mean()) ** 2))) for half in halves]
+    rises = all(b > GROWS * a for a, b in pairwise(size))
+    return "growing" if grows and rises else "swinging"
