@@ -16,7 +16,7 @@ _PLACES = {"measurement": "seen late", "aligned": "seen late, aligned", "actuato
 _SMALL = 5e-10  #: m or rad, of a lag that is shown as 0
 
 
-class Found(Protocol):
+class _Found(Protocol):
     """What is told of a loop."""
 
     @property
@@ -35,7 +35,7 @@ class Found(Protocol):
     def steady_lag(self) -> Array | None: ...
 
 
-def summary_lines(found: Found) -> dict[str, str]:
+def summary_lines(found: _Found) -> dict[str, str]:
     """Law and delays, κ of each direction, stability, limit of the gain, lag, what is left out."""
     several = len(found.directions) > 1
     which = f", {found.critical.name}" if several else ""
@@ -67,7 +67,7 @@ def _named(direction: Direction) -> str:
     return shown if name.startswith("κ") else f"{shown} ({name})"
 
 
-def _decay(found: Found) -> str:
+def _decay(found: _Found) -> str:
     if found.growth >= 1:
         return f", grows {found.growth:.4g}-fold each frame" if found.growth > 1 else ""
     if found.growth <= 0:
@@ -75,7 +75,7 @@ def _decay(found: Found) -> str:
     return f", errors fall to 1/e in {-found.elements.period / math.log(found.growth):.3g} s"
 
 
-def _finite(found: Found) -> bool:
+def _finite(found: _Found) -> bool:
     return math.isfinite(found.gain_limit)
 
 
