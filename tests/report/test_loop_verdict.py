@@ -186,8 +186,10 @@ def test_a_verdict_is_that_of_a_scan_of_the_open_loop(seed):
         return
     w, L, roots = found
     kind, words = said(Loop(made.system().diagram, opened="y", applied=STEP))
-    crossing = (L.imag[:-1] * L.imag[1:] < 0) & (L.real[:-1] < 0) & (np.diff(w) < 0.1 * w[1:])
-    factors = -1 / L.real[:-1][crossing]
+    crossing = (L.imag[:-1] * L.imag[1:] < 0) & (np.diff(w) < 0.1 * w[1:])
+    (x, y), (x1, y1) = ((at.real[crossing], at.imag[crossing]) for at in (L[:-1], L[1:]))
+    met = x - y * (x1 - x) / (y1 - y)
+    factors = -1 / met[met < 0]
     assert not re.search(r"nan|inf\b|None|e-\d|e\+\d", words)
     if roots:
         assert kind == "bad" and f"unstable: {roots} characteristic root" in words

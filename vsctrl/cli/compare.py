@@ -47,8 +47,10 @@ def compare(
     command = " ".join(["vsctrl compare", *words, options.typed(None, settings)]).rstrip()
     report = Report(" · ".join(names))
     with Progress() as progress:
-        for path, name in zip(files, names, strict=True):
-            report.add(asked.described(path, settings), name, progress.step)
+        # All are read before the first is examined, which takes its time.
+        found = [asked.described(path, settings) for path in files]
+        for one, name in zip(found, names, strict=True):
+            report.add(one, name, progress.step)
         written = report.write(out, command=command)
     for entry in written.entries:
         click.echo(visible(entry.name))

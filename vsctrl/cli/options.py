@@ -85,15 +85,32 @@ def scenario(path: Path | None, given: Iterable[str]) -> Scenario:
     """
     changes = pairs(given)
     from vsctrl import paper
-    from vsctrl.servo import Scenario
     from vsctrl.tables import visible
 
-    chosen = Scenario.load(path) if path else paper.sliding()
+    chosen = _scenario_of(path) if path else paper.sliding()
     if changes:
         chosen = chosen.with_text(changes)
     for doubt in chosen.doubts:
         click.echo(f"vsctrl: note: {visible(doubt)}", err=True)
     return chosen
+
+
+def _scenario_of(path: Path) -> Scenario:
+    """The scenario of a file. Errors: `InputError`, in a sentence where it is one of a loop."""
+    from vsctrl import documents, files
+    from vsctrl.servo import Scenario
+
+    text = files.read_text(files.as_path("path", path), "TOML file")
+    try:
+        kind = documents.kind_of(text)
+    except InputError:  # which Scenario.load has more to say about
+        kind = "scenario"
+    if kind == "loop":
+        raise InputError(
+            f"{path}: this is a loop, and a scenario is asked for; vsctrl step, bode, margins, "
+            "roots and report take it."
+        )
+    return Scenario.load(path)
 
 
 def typed(path: Path | None, given: Iterable[str]) -> str:

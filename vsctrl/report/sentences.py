@@ -8,6 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from vsctrl.report.wording import digits
 from vsctrl.servo import Run, Scenario
 from vsctrl.study import Comparison, LoopReport, SteadyLag, Wave
 
@@ -17,8 +18,11 @@ EXACT = 1e-12  #: a lag (m) that is nothing but rounding
 SEEN = 0.2  #: a measured error is said to hide the true one below this share of it
 
 
-def tracking(result: LoopReport) -> list[str]:
-    """The lag with and without the derivative term, and what a measured plot shows of it."""
+def tracking(result: LoopReport, settled: bool = True) -> list[str]:
+    """The lag with and without the derivative term, and what a measured plot shows of it.
+
+    `settled`: whether the run was long enough to settle; else it is told what it would come to.
+    """
     comparison = result.comparison
     if comparison.waves:
         return _sine(result)
@@ -28,7 +32,7 @@ def tracking(result: LoopReport) -> list[str]:
     own = [row for (_, delay), row in rows if delay == latency]
     short = any(row.simulated is not None and row.analytic is None for row in own)
     if comparison.rows and not (comparison.on_legs and short):
-        return _steady(result)
+        return _steady(result, settled)
     return _at_every_frame(result)
 
 
@@ -43,17 +47,18 @@ def agreement(comparison: Comparison) -> list[str]:
 
 
 # Steady lags -----------------------------------------------------------------------------------
-def _steady(result: LoopReport) -> list[str]:
+def _steady(result: LoopReport, settled: bool) -> list[str]:
     """Of a constant twist, or at the end of each leg of a triangle."""
     latency, rows = result.scenario.vision.latency, _own(result, result.comparison.row)
     leg = " on each leg" if result.comparison.on_legs else ""
+    settles_at = "settles" if settled else "would settle"
     ideal, own = (rows[False, 0.0], rows[True, 0.0]), (rows[False, latency], rows[True, latency])
     known, settles = (all(_lag(row) is not None for row in pair) for pair in (ideal, own))
     if not known and not settles:
         return []
     if not latency:
         return [
-            f"Without the derivative term the camera settles {_position(ideal[0])} its "
+            f"Without the derivative term the camera {settles_at} {_position(ideal[0])} its "
             f"reference{leg}, with it {_short(ideal[1])}."
         ]
     if not settles:
@@ -63,8 +68,8 @@ def _steady(result: LoopReport) -> list[str]:
             f"{_late(result.scenario)} it does not settle."
         ]
     out = [
-        f"{_late(result.scenario)} and without the derivative term, the camera settles "
-        f"{_position(own[0])} its reference{leg}; with the derivative term it settles "
+        f"{_late(result.scenario)} and without the derivative term, the camera {settles_at} "
+        f"{_position(own[0])} its reference{leg}; with the derivative term it {settles_at} "
         f"{_position(own[1])} it."
     ]
     if known:
@@ -76,7 +81,7 @@ def _steady(result: LoopReport) -> list[str]:
         nulling = result.stability.nulling_feedforward
         proven = (
             f" Delaying the reference by the same time (aligned) removes the lead{leg}; so does "
-            f"k_ff = {nulling:.3g}."
+            f"k_ff = {digits(nulling, 3)}."
         )
         out.append(hidden if own[1].agrees is False else hidden + proven)
     return out

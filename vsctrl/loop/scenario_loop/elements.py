@@ -32,6 +32,8 @@ class Filter:
 class Elements:
     """What is linear in a loop, times in s, λ in s⁻¹; `T_i` and `tau_hat` are None where absent.
 
+    `lam`: of a gain that changes with the error that of no error, which decides near the reference.
+
     `tau`: latency, acting where `placement` says; `dead_time` and `time_constant`: of the robot;
     `tau_hat`: that a Smith predictor or a Kalman `filter` believes in; `preview`, `preview_ff`: how
     early the whole reference is used, and its derivative besides.
@@ -87,7 +89,7 @@ def elements(scenario: Scenario) -> Elements:
     if table.predictor in _ORDER:
         image_filter = Filter(_ORDER[table.predictor], table.process, table.measurement_px)
     return Elements(
-        lam=law.lam,
+        lam=law.lam if law.lam_zero is None else law.lam_zero,
         k_ff=law.k_ff,
         tau=tau,
         placement=law.placement,

@@ -23,7 +23,7 @@ _ROBOT = {
     "avoidance": "joints slow the camera down before their ends",
 }
 _LAW = {
-    "lam_zero": "the gain changes with the error",
+    "lam_zero": "the gain falls as the error grows; here it is that of no error",
     "smooth": "the first error is let in little by little",
 }
 _REFERENCE = "s*(t) leads elsewhere than the reference that the lag is measured from"

@@ -179,7 +179,11 @@ def of(scenario: GivenScenario) -> ScenarioLoop:
     from vsctrl.servo.scenario import as_scenario
 
     scenario = as_scenario(scenario)
-    M = pull_of_camera(scenario)
+    law = scenario.law
+    constant = scenario
+    if law.lam_zero is not None:  # the law near its reference, where that gain acts
+        constant = scenario.with_(lam=law.lam_zero, lam_zero=None, lam_slope=None)
+    M = pull_of_camera(constant)
     return ScenarioLoop(
         scenario, elements(scenario), M, directions(scenario, M), left_out(scenario)
     )

@@ -52,6 +52,12 @@ class Examination(Caching):
         """How the camera arrives, where its reference is held and it does not start there."""
         return positioning(self.run, self.loop)
 
+    @property
+    def arrives(self) -> bool:
+        """Whether it arrives there within the run: within 1 px and 1 mm, for good."""
+        found = None if self.positioning is None else self.positioning.simulated
+        return found is not None and None not in (found.to_image, found.to_space)
+
     @cached_property
     def advice(self) -> Advice | None:
         """What another gain would do; None without a loop."""
