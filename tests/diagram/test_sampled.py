@@ -616,3 +616,20 @@ def test_a_differentiator_in_the_loop_is_refused_at_once():
     ]
     with pytest.raises(InputError, match="'PD' is improper"):
         Diagram(parts, ["r"], ["y"]).at().sampled(T)
+
+
+@pytest.mark.filterwarnings("error")
+def test_delays_of_signals_that_are_as_good_as_nothing():
+    """Of gains of 1e-200 the squares are 0, and the loop is the one without them."""
+    tiny = sp.Rational(1, 10**200)
+    late = sp.exp(-s)
+    parts = [
+        Sum("e = r - y"),
+        Block("law", sp.Integer(1), "e -> u"),
+        Block("plant", late / (2 * s), "u -> y"),
+        Block("p", tiny * late, "u -> a"),
+        Block("q", 3 * tiny * late, "u -> b"),
+    ]
+    twin = Diagram(parts, inputs=["r"], outputs=["y", "a", "b"]).at().sampled(1.0, hold="u")
+    # z² − z + 1/2 = 0
+    assert by_modulus(twin.poles(2)) == pytest.approx(by_modulus(np.roots([1, -1, 0.5])), rel=1e-9)
