@@ -21,7 +21,7 @@ from vsctrl.report.verdict import verdict
 from vsctrl.study.examination.examination import examination
 from vsctrl.study.examination.gain_ranges import known
 
-BROKEN = re.compile(r"\b(nan|inf|infinity|none)\b|\de[-+]\d|\(,|  |\.\.|,,", re.IGNORECASE)
+BROKEN = re.compile(r"\b(nan|inf|Infinity|None)\b|\de[-+]\d|\(,|  |\.\.|,,")
 
 
 def number(rng):
