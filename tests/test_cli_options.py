@@ -175,3 +175,20 @@ def test_a_report_is_told_its_settings_and_how_to_make_it_again(monkeypatch, kin
     assert told["command"] == "vsctrl report mine.toml --set lam=17 --set latency=0.04"
     assert call("report", "--set", "lam=17").exit_code == 0
     assert told["command"] == "vsctrl report --set lam=17"
+
+
+# Files of the other kind, and those that are not there -----------------------------------------
+def test_a_loop_where_a_scenario_belongs_is_one_sentence(here):
+    (here / "loop.toml").write_text(call("new", "fopdt").stdout, encoding="utf-8")
+    result = call("simulate", "loop.toml")
+    assert result.exit_code == 2 and "this is a loop, and a scenario is asked for" in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+
+
+def test_a_second_file_that_is_missing_is_said_before_the_first_is_examined(here, monkeypatch):
+    (here / "loop.toml").write_text(call("new", "fopdt").stdout, encoding="utf-8")
+    examined = []
+    monkeypatch.setattr(vsctrl.report.Report, "add", lambda *given: examined.append(given))
+    result = call("compare", "loop.toml", "none.toml")
+    assert result.exit_code == 2 and "none.toml: there is no such file" in result.stderr
+    assert not examined and not (here / "report").exists()

@@ -616,3 +616,16 @@ def test_a_differentiator_in_the_loop_is_refused_at_once():
     ]
     with pytest.raises(InputError, match="'PD' is improper"):
         Diagram(parts, ["r"], ["y"]).at().sampled(T)
+
+
+def test_a_late_plant_of_next_to_no_gain_leaves_the_law_alone():
+    """Of a gain of 1e-300 the squares are 0: the poles are those of the law, 1 and e^{−T/5}."""
+    plant = sp.Rational(1, 10**300) * (3 * s + 1) / s * sp.exp(-sp.Rational(7, 4) * s)
+    parts = [
+        Sum("e = r - y"),
+        Block("law", 2 / (s * (5 * s + 1)), "e -> u"),
+        Block("plant", plant, "u -> y"),
+    ]
+    twin = Diagram(parts, inputs=["r"], outputs=["y", "u"]).at().sampled(1.0, hold="u")
+    assert min(abs(twin.poles() - np.exp(-0.2))) < 1e-9
+    assert np.abs(twin.poles()).max() < 1 + 1e-6

@@ -157,7 +157,7 @@ def test_a_law_that_pulls_the_wrong_way_is_not_told_to_be_quicker():
     assert found.kind == "bad" and "pulls the wrong way" in words and "latency" not in words
     assert "correct what the law believes" in words
     _, _, words = said(SLIDE.with_(depth_ratios=(0.8, 1.2, 0.8, 1.2)))
-    assert "falls away, to 623 mm" in words and "swings" not in words
+    assert "the camera is up to 623 mm away" in words and "swings" not in words
 
 
 def test_an_integral_that_is_too_quick_is_named():

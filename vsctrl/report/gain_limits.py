@@ -12,6 +12,7 @@ from vsctrl.study.examination.examination import Examination
 
 LITTLE = 1.5  #: factor up to the limit, below which a gain has little margin
 SAME = 1.01  #: ratio of two limits that are as good as one
+MOST_FEED_FORWARD = 5.0  #: beyond which nothing but the lag of one motion would be cured
 FEW = 1.05  #: factor up to the limit, below which it is told in per cent
 
 
@@ -71,8 +72,9 @@ def advice(x: Examination) -> list[str]:
         return []
     if not x.loop.is_stable:
         return [_back(x)]
-    if x.figure_1 is None and found.k_ff is not None and x.last.kind == "steady":
-        return [f"k_ff = {digits(found.k_ff, 3)} would leave no lag along this motion."]
+    usable = found.k_ff is not None and abs(found.k_ff) <= MOST_FEED_FORWARD
+    if x.figure_1 is None and usable and x.last.kind == "steady":
+        return [f"k_ff = {digits(found.k_ff or 0.0, 3)} would leave no lag along this motion."]
     return []
 
 

@@ -39,7 +39,7 @@ def margins_table(loop: Loop, opened: Any, margins: Margins) -> Table:
             (
                 "disk margin",
                 f"α = {digits(disk.alpha, 4)}: gain × {digits(disk.gain_min, 3)} to "
-                f"{digits(disk.gain_max, 3)}, or phase ± {math.degrees(disk.phase):.3g}°",
+                f"{digits(disk.gain_max, 3)}, or phase ± {digits(math.degrees(disk.phase), 3)}°",
             )
         )
     except (InputError, LimitError):
@@ -93,7 +93,7 @@ def _step_row(loop: Loop, source: str, target: str) -> tuple[str, ...] | None:
         _number(info.final),
         "–" if info.rise_time is None else time(info.rise_time, unit),
         _time(info.settling_time, loop, "never"),
-        "–" if info.overshoot is None else f"{100 * info.overshoot:.3g} %",
+        "–" if info.overshoot is None else f"{digits(100 * info.overshoot, 3)} %",
         _number(info.peak),
         "–" if not math.isfinite(error) else f"{digits(error, 4)} s",
     )
@@ -108,7 +108,7 @@ def _factor(value: float) -> str:
 
 
 def _degrees(value: float) -> str:
-    return f"{math.degrees(value):.4g}°" if math.isfinite(value) else "no limit"
+    return f"{digits(math.degrees(value), 4)}°" if math.isfinite(value) else "no limit"
 
 
 def _time(value: float, loop: Loop, other: str = "no limit") -> str:

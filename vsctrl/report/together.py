@@ -71,11 +71,13 @@ def _loop_table(entries: list[Entry]) -> Table:
                     str(each.verdict.kind), "unstable"
                 ),
                 _or_dash(margins.get("gain"), lambda value: f"× {digits(value, 4)}"),
-                _or_dash(margins.get("phase"), lambda value: f"{math.degrees(value):.4g}°"),
+                _or_dash(margins.get("phase"), lambda value: f"{digits(math.degrees(value), 4)}°"),
                 _or_dash(margins.get("delay"), lambda value, unit=unit: time(value, unit)),
                 _or_dash(margins.get("peak_sensitivity"), lambda value: digits(value, 4)),
                 "–" if info is None else time(info.settling_time, unit),
-                "–" if info is None or info.overshoot is None else f"{100 * info.overshoot:.3g} %",
+                "–"
+                if info is None or info.overshoot is None
+                else f"{digits(100 * info.overshoot, 3)} %",
             )
         )
     heads = ("", "verdict", "gain margin", "phase", "delay", "Ms", "settling 2 %", "overshoot")

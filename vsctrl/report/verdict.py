@@ -16,6 +16,7 @@ from vsctrl.report.wording import length, listed, seconds
 from vsctrl.study.examination.examination import Examination
 
 SHORT = 3.0  #: time constants, of which a run must be longer to settle
+FAR = 4.0  #: half ranges, beyond which a distance says more than the swing about it
 SHOWN = 10.0  #: what a growing mode must grow by within a run to be seen
 THROWN = 0.05  #: of the depth of the points, above which noise moves a camera too much
 UNMOVED = 0.5  #: of where a camera is, below which the steady lag of its loop is not the reason
@@ -55,8 +56,8 @@ def _unstable_loop(x: Examination) -> tuple[Kind, str]:
         return "bad", f"{start}; {when}, {why}."
     if last.kind in ("growing", "swinging", "receding") or not status.ok:
         swing = f"in its last quarter the camera swings by ±{length(last.half_range)}"
-        if last.kind == "receding":
-            swing = f"in its last quarter the camera falls away, to {length(last.distance)}"
+        if last.kind == "receding" or last.distance > FAR * last.half_range:
+            swing = f"in its last quarter the camera is up to {length(last.distance)} away"
         held = _held(x)
         bounded = f"; {held}, which is all that bounds it" if held else ""
         grows = ", growing" if last.kind == "growing" and not held else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from decimal import Decimal
 
@@ -38,7 +39,9 @@ def listed(names: Sequence[str]) -> str:
 def digits(value: float, n: int) -> str:
     """A number to n significant digits; of what is very large or very small as 1.23·10⁻⁷."""
     found = float(f"{value:.{n}g}") + 0.0  # of −0, 0
-    if found and not SMALLEST <= abs(found) < LARGEST:
+    if math.isinf(found):
+        shown = "∞" if found > 0 else "-∞"
+    elif found and not SMALLEST <= abs(found) < LARGEST:
         leading, power = f"{found:.{n - 1}e}".split("e")
         shown = f"{float(leading):g}·10{str(int(power)).translate(RAISED)}"
     else:

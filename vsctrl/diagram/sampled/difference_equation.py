@@ -131,11 +131,13 @@ def _different(taps: dict[int, Array], delays: list[int]) -> _Rows:
     rows: list[int] = []
     mix = np.zeros((size, size))
     flat = np.hstack([taps[d] for d in delays]) if delays else np.zeros((size, 1))
+    top = np.abs(flat).max(axis=1, keepdims=True)
+    unit = flat / np.where(top > 0, top, 1.0)  # squares of what is tiny would be 0
     for i in np.flatnonzero(flat.any(1)):
         for j, first in enumerate(rows):
-            factor = flat[i] @ flat[first] / (flat[first] @ flat[first])
-            if np.abs(flat[i] - factor * flat[first]).max() <= 1e-15 * np.abs(flat[i]).max():
-                mix[i, j] = factor
+            factor = unit[i] @ unit[first] / (unit[first] @ unit[first])
+            if np.abs(unit[i] - factor * unit[first]).max() <= 1e-15:
+                mix[i, j] = factor * (top[i, 0] / top[first, 0])
                 break
         else:
             mix[i, len(rows)] = 1.0
