@@ -36,6 +36,8 @@ def verdict(x: Examination) -> Verdict:
 
 # Does it work ------------------------------------------------------------------------------------
 def _works(x: Examination) -> tuple[Kind, str]:
+    if x.loop is None and x.run.status.ok:
+        return "warning", f"The run ends well, but its loop was not judged: {x.no_loop}"
     if x.loop is None:
         return "bad", f"This cannot work: {_said(x)}"
     return _stable_loop(x) if x.loop.is_stable else _unstable_loop(x)

@@ -12,7 +12,7 @@ import numpy as np
 from vsctrl import loop
 from vsctrl.arrays import Array
 from vsctrl.caching import Caching
-from vsctrl.errors import InputError
+from vsctrl.errors import InputError, LimitError
 from vsctrl.loop import ScenarioLoop
 from vsctrl.servo import Run, Scenario, simulate
 from vsctrl.servo.results.outcome import Outcome, outcome
@@ -148,5 +148,5 @@ def _loop(scenario: Scenario) -> tuple[ScenarioLoop | None, str]:
     """The loop of a scenario, or the sentence that says why there is none."""
     try:
         return loop.of(scenario), ""
-    except InputError as error:
+    except (InputError, LimitError) as error:
         return None, str(error)
