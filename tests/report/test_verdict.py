@@ -194,13 +194,13 @@ def test_a_verdict_is_not_good_where_the_run_as_configured_fails_or_runs_away():
 
 
 def test_small_gains_keep_their_digits():
-    # π/(2τ), as a long latency has it.
+    # 2 sin(π/(2(2d + 1)))/Tₛ and the double root, as a long latency has them.
     words = " ".join(
         verdict(
             examination(paper.sliding().with_(latency=116.56, period=1.0, duration=9.0, sure=True))
         ).sentences
     )
-    assert "is above 0.0135 s⁻¹" in words and "Lower λ: at 0.00314 s⁻¹" in words
+    assert "is above 0.0134 s⁻¹" in words and "Lower λ: at 0.00314 s⁻¹" in words
 
 
 def test_where_theory_is_contradicted_the_lag_is_that_of_the_simulation():
