@@ -89,8 +89,8 @@ def _the_loop(loop: Loop, opened: Any) -> Section:
 
 
 def _safe(name: str) -> str:
-    """A signal's name in a formula."""
-    return "".join(c if c.isalnum() else r"\_" if c == "_" else " " for c in name)
+    """A signal's name as the text of a formula, which takes letters, digits and underscores."""
+    return "".join(c if c.isalnum() or c == "_" else " " for c in name)
 
 
 def _how_fast(loop: Loop, opened: Any, margins: Margins, prefix: str) -> Section:

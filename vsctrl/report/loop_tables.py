@@ -17,7 +17,8 @@ MANY = 6  #: crossings of a kind and roots that are listed
 def parameter_table(loop: Loop) -> Table:
     """Every parameter with its value in SI and what it is."""
     rows = [
-        (name, f"{value:.6g}", loop.meanings.get(name, "")) for name, value in loop.values.items()
+        (name, f"{value:.6g}".replace("-", "−"), loop.meanings.get(name, ""))
+        for name, value in loop.values.items()
     ]
     return Table(("parameter", "value, SI", "meaning"), rows, left=3)
 
