@@ -48,7 +48,7 @@ def test_a_loop_that_nothing_limits_has_null_and_no_infinity():
     assert found["limits"]["continuous"] is None and found["margins"]["gain"] is None
     assert found["limits"]["sampled"] == pytest.approx(2 / 0.04)
     assert found["scenario"]["digest"] == report.scenario.digest
-    assert found["as_configured"] is None and found["tracking"]
+    assert found["beyond_theory"] == {} and found["tracking"]
 
 
 def test_an_experiment_names_its_columns_and_gives_complex_numbers_in_two_parts():

@@ -16,13 +16,7 @@ from vsctrl.cli.progress import Progress
     )
 )
 @click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path("report"),
-    show_default=True,
-    help="Folder for index.html and report.json.",
-)
+@options.folder
 @options.settings
 @options.strict
 @click.option("--open", "opened", is_flag=True, help="Show the page in a browser.")

@@ -50,6 +50,17 @@ def settings(command: C) -> C:
     )(command)
 
 
+def folder(command: C) -> C:
+    """The option --out, where a report goes; the command is given ``out``."""
+    return click.option(
+        "--out",
+        type=click.Path(path_type=Path),
+        default=Path("report"),
+        show_default=True,
+        help="Folder for index.html and report.json.",
+    )(command)
+
+
 def as_json(command: C) -> C:
     """The option --json; the command is given ``as_json``."""
     return click.option("--json", "as_json", is_flag=True, help="Print JSON.")(command)

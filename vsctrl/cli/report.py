@@ -17,13 +17,7 @@ from vsctrl.cli.progress import Progress
     )
 )
 @click.argument("file", type=click.Path(path_type=Path), required=False)
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path("report"),
-    show_default=True,
-    help="Folder for index.html and report.json.",
-)
+@options.folder
 @click.option("--schema", is_flag=True, help="Print the JSON Schema of report.json and stop.")
 @options.settings
 @options.strict

@@ -46,8 +46,6 @@ def figure_1_sections(result: LoopReport, prefix: str) -> list[Section]:
         "limits": "How fast it may go",
         "pade": "Exact delay against Padé models",
     }
-    if not result.comparison.rows and result.comparison.note:
-        values["comparison"] = result.comparison
     return [
         Section(name, title, [fragment(f"figure_1/{name}.html", **values)])
         for name, title in titles.items()

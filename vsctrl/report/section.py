@@ -63,8 +63,8 @@ class Section:
 class Entry:
     """One result on a page: what it is, what is said first, and its sections.
 
-    `kind`: in a word, as "scenario" or "loop"; `data`: its numbers as JSON takes them; `curves`: of
-    the object itself, from which figures of several are drawn.
+    `kind`: in a word, as "scenario" or "loop"; `data`: its numbers as JSON takes them; `source`:
+    what was examined, from which figures of several are drawn; `note`: for the page's footer.
     """
 
     kind: str

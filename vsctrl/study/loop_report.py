@@ -1,4 +1,4 @@
-"""Everything that is known about one scenario, in one value: what a report is drawn from."""
+"""The loop of figure 1 in a scenario: its stability and its errors by every way, in one value."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import Any
 from vsctrl.errors import InputError
 from vsctrl.keywords import keywords
 from vsctrl.servo import Run, Scenario, simulate
-from vsctrl.servo.results.outcome import Outcome, outcome
 from vsctrl.servo.scenario import GivenScenario, as_scenario
 from vsctrl.study.stability import Stability, stability
 from vsctrl.study.tracking.comparison import Comparison, validate
@@ -19,8 +18,7 @@ from vsctrl.study.tracking.comparison import Comparison, validate
 class LoopReport:
     """A scenario's stability, its validated tracking errors, and its runs with and without k_ff.
 
-    Those two are runs of what theory knows of it (`Scenario.ideal`), like the comparison;
-    `as_configured` is the run of a scenario that has more than that, None of any other.
+    All are of what that theory knows of it (`Scenario.ideal`).
     """
 
     scenario: Scenario
@@ -28,21 +26,14 @@ class LoopReport:
     comparison: Comparison
     with_feedforward: Run
     without_feedforward: Run
-    as_configured: Run | None = None
-
-    @property
-    def outcome(self) -> Outcome | None:
-        """The summary of the run as configured, where there is one."""
-        return None if self.as_configured is None else outcome(self.as_configured)
 
     def data(self) -> dict[str, Any]:
         """All of its numbers as JSON takes them."""
-        scenario, run = self.scenario, self.as_configured
+        scenario = self.scenario
         return {
             "scenario": {"digest": scenario.digest, **scenario.model_dump(mode="json")},
             **self.stability.data(),
             **self.comparison.data(),
-            "as_configured": None if run is None else run.data(),
             "beyond_theory": scenario.beyond_theory,
         }
 
@@ -71,5 +62,4 @@ def examine(
     progress("six-degree-of-freedom runs")
     on = simulate(scenario.ideal.with_(k_ff=scenario.law.k_ff or 1.0))
     off = simulate(scenario.ideal.with_(k_ff=0.0))
-    own = simulate(scenario) if scenario.beyond_theory else None
-    return LoopReport(scenario, margins, comparison, on, off, own)
+    return LoopReport(scenario, margins, comparison, on, off)

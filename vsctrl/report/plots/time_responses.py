@@ -21,6 +21,7 @@ from vsctrl.errors import InputError
 from vsctrl.report.plots.canvas import NOTEBOOK, Size, canvas, legend, named, plain, say
 from vsctrl.report.plots.margin_words import short
 from vsctrl.report.plots.style import GREY, INK, SERIES
+from vsctrl.report.wording import UNITS
 
 POINTS = 2001  #: of a continuous response
 MOST_SAMPLES = 5000  #: of a sampled one
@@ -140,7 +141,7 @@ def time_response(data: Any, *, ax: Any = None, size: Size = None) -> Figure:
 
 def in_unit(figure: Figure, unit: str) -> None:
     """Let a figure over t in s tell its times in another unit, "ms", "min" or "h"."""
-    size = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}[unit]
+    size = UNITS[unit]
     for axes in figure.axes:
         if axes.get_xlabel() != "t, s":
             continue
