@@ -46,7 +46,7 @@ class Page(HTMLParser):
     def handle_data(self, data):
         if self.open == ["html", "head", "title"]:
             self.title += data
-        elif "body" in self.open and "style" not in self.open:
+        elif "body" in self.open and not {"style", "script"} & set(self.open):
             self.body += data
 
 

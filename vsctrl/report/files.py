@@ -1,4 +1,4 @@
-"""The files of a report: both or neither, and never over a file that is not a report.
+"""The files of a report: all or none, and never over a file that is not a report.
 
 The folder is checked before anything is computed and the files are renamed into place at the end,
 so that bad input or a full disk leaves nothing half-written behind.
@@ -18,7 +18,7 @@ from vsctrl.files import MOST, beginning, read_text, write_all
 from vsctrl.report.data import SCHEMA
 from vsctrl.report.page import GENERATOR
 
-PAGE, DATA = "index.html", "report.json"
+PAGE, DATA, PAPER = "index.html", "report.json", "paper.html"
 
 
 @contextmanager
@@ -52,7 +52,7 @@ def _prepare(folder: Path, made: list[Path]) -> None:
             f"out: the folder {folder} cannot be written to ({error.strerror}); "
             "name another with --out."
         ) from None
-    for name, is_ours in ((PAGE, _is_our_page), (DATA, _is_our_data)):
+    for name, is_ours in ((PAGE, _is_our_page), (PAPER, _is_our_page), (DATA, _is_our_data)):
         path = folder / name
         if path.exists() and not is_ours(path):
             raise InputError(
@@ -86,10 +86,12 @@ def _remove(made: list[Path]) -> None:
 
 
 def write(folder: Path, texts: dict[str, str]) -> None:
-    """Write all files or none."""
+    """Write all files or none, and take away what an older report leaves that this one has not."""
     try:
         folder.mkdir(parents=True, exist_ok=True)  # should another one have failed and removed it
         write_all({folder / name: text for name, text in texts.items()})
+        if PAPER not in texts and _is_our_page(folder / PAPER):
+            (folder / PAPER).unlink()
     except OSError as error:
         raise InputError(
             f"out: the report cannot be written to {folder} ({error.strerror}); free some space "

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from vsctrl.loop.scenario_loop.elements import Elements
 from vsctrl.loop.scenario_loop.gain_range import gain_limit
+from vsctrl.report.sentences import cure
 from vsctrl.report.wording import digits, listed, per_second, seconds
 from vsctrl.study.examination.examination import Examination
 
@@ -36,7 +37,7 @@ def limits(x: Examination) -> list[str]:
     times = f"{digits(factor, 2 if factor < 100 else 3)}-fold"
     if factor < FEW:
         times = f"by {digits(100 * (factor - 1), 2)} % only"
-    set_by = listed(_causes(x))
+    set_by = listed(causes(x))
     text = (
         f"λ = {lam:g} s⁻¹ may be raised {times}, to {per_second(limit)}, before it shakes: "
         f"{set_by} {'set' if ' and ' in set_by else 'sets'} that limit"
@@ -57,9 +58,9 @@ def over(x: Examination) -> str:
             return f"the law pulls the wrong way at every gain λ{_critical(x)}"
         return f"no gain λ is stable with {listed(_late(x.loop.elements))}{_critical(x)}"
     if lam > limit:
-        causes = listed(_causes(x))
-        allow = "allow" if " and " in causes else "allows"
-        most = f"the most that {causes} {allow}{_critical(x)}"
+        named = listed(causes(x))
+        allow = "allow" if " and " in named else "allows"
+        most = f"the most that {named} {allow}{_critical(x)}"
         return f"λ = {lam:g} s⁻¹ is above {per_second(limit)}, {most}"
     return f"λ = {lam:g} s⁻¹ lies in a range of gains that is not stable{_critical(x)}"
 
@@ -72,8 +73,10 @@ def advice(x: Examination) -> list[str]:
         return []
     if not x.loop.is_stable:
         return [_back(x)]
+    if x.figure_1 is not None:
+        return cure(x.figure_1)
     usable = found.k_ff is not None and abs(found.k_ff) <= MOST_FEED_FORWARD
-    if x.figure_1 is None and usable and x.last.kind == "steady":
+    if usable and x.last.kind == "steady":
         return [f"k_ff = {digits(found.k_ff or 0.0, 3)} would leave no lag along this motion."]
     return []
 
@@ -117,7 +120,7 @@ def _late(e: Elements) -> list[str]:
     return list(_named(e).values())
 
 
-def _causes(x: Examination) -> list[str]:
+def causes(x: Examination) -> list[str]:
     """Of all that is late or slow what does set the limit, and the hold, which always does."""
     assert x.loop is not None
     e, critical = x.loop.elements, x.loop.critical.kappa

@@ -26,6 +26,15 @@ def answers(loop: Loop) -> list[str]:
     return out
 
 
+def first_step_info(loop: Loop) -> StepInfo | None:
+    """Of the first signal that is watched after the first step that is applied; None without."""
+    inputs = [one.input for one in loop.applied if one.kind == "step" and one.size]
+    if not inputs or not loop.watched:
+        return None
+    found: StepInfo | None = known(loop.system[inputs[0], loop.watched[0]].step_info)
+    return found
+
+
 def _sentence(loop: Loop, one: Applied, info: StepInfo) -> str:
     when = "In continuous time, after" if loop.sampled else "After"
     start = f"{when} a step of {digits(one.size, 4)} in {one.input}, {loop.watched[0]}"

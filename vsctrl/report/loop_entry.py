@@ -7,18 +7,20 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from markupsafe import Markup
 
 from vsctrl.diagram import Loop
 from vsctrl.diagram.frequency.margins import Margins
 from vsctrl.errors import InputError, LimitError
 from vsctrl.report import plots
+from vsctrl.report.figures import figure
+from vsctrl.report.loop_answers import first_step_info
 from vsctrl.report.loop_tables import margins_table, parameter_table, roots_table, step_table
-from vsctrl.report.loop_verdict import loop_verdict
+from vsctrl.report.loop_verdict import loop_verdict, own_limits
 from vsctrl.report.rendering import drawn, equations
 from vsctrl.report.section import Entry, Part, Picture, Section, Verbatim
+from vsctrl.report.tiles import loop_tiles
 from vsctrl.report.wording import listed, time
-from vsctrl.tables import escaped, plain
+from vsctrl.tables import plain
 
 PADE = (1, 2, 4, 6)  #: orders of the models whose errors are shown
 SPREAD = (0.25, 3.0)  #: of a parameter's value, over which the stability chart is drawn
@@ -40,12 +42,15 @@ def loop_entry(
     sections.append(_roots(loop, prefix))
     progress(f"{loop.name}: chart, models and check")
     sections += [*_chart(loop, prefix), *_models(loop, opened, prefix), *_check(loop)]
-    sections.append(Section("file", "The loop as a file", [_file(loop)]))
+    sections.append(Section("file", "The loop as a file", [_file(loop)], appendix=True))
+    judged = loop_verdict(loop, margins)
+    tiles = loop_tiles(loop, own_limits(loop, margins), judged.kind == "bad", first_step_info(loop))
     return Entry(
         kind="loop",
         name=loop.name,
         about=loop.description,
-        verdict=loop_verdict(loop, margins),
+        verdict=judged,
+        tiles=tiles,
         sections=sections,
         data=_data(loop, margins),
         source=loop,
@@ -60,14 +65,6 @@ def _of(make: Callable[[], Any]) -> Any:
         return None
 
 
-def figure(drawing: Any, prefix: str, name: str, of: str = "") -> Picture:
-    """A figure of `plots` with its own caption and alternative text, with what it is `of`."""
-    alt, caption = getattr(drawing, "alt", ""), getattr(drawing, "caption", "")
-    title = escaped(f"{of}: {alt}" if of else alt)
-    svg = Markup(plots.to_svg(drawing, title, f"{prefix}-{name}"))
-    return Picture(svg, caption)
-
-
 def _file(loop: Loop) -> Part:
     try:
         return Verbatim("TOML, ready to save and edit", loop.to_toml())
@@ -78,7 +75,7 @@ def _file(loop: Loop) -> Part:
 def _the_loop(loop: Loop, opened: Any) -> Section:
     from vsctrl.diagram.picture.draw import svg
 
-    parts: list[Part] = [drawn(svg(loop.diagram))]
+    parts: list[Part] = [Picture(drawn(svg(loop.diagram)))]
     if opened is not None:
         cut = loop.diagram.open(loop.opened)
         transfer = -cut.transfer(f"{loop.opened}__cut", loop.opened)
@@ -208,23 +205,22 @@ def _models(loop: Loop, opened: Any, prefix: str) -> list[Section]:
         parts.append(
             f"As sampled it is {text}: its largest pole has modulus {float(largest[0]):.5g}."
         )
-    return [Section("models", "Padé models and the sampled twin", parts)] if parts else []
+    return _appendix("models", "Padé models and the sampled twin", parts)
 
 
 def _check(loop: Loop) -> list[Section]:
     found = _of(loop.system.check)
     if found is None:
         return []
-    return [
-        Section(
-            "check",
-            "Every face against every other",
-            [
-                Verbatim("The faces of this loop, each by its own way", str(found)),
-                "They agree." if found.passed else "SOME DISAGREE: see the table.",
-            ],
-        )
+    parts: list[Part] = [
+        "They agree." if found.passed else "SOME DISAGREE: see the table.",
+        Verbatim("The faces of this loop, each by its own way", str(found)),
     ]
+    return _appendix("check", "Every face against every other", parts)
+
+
+def _appendix(anchor: str, title: str, parts: list[Part]) -> list[Section]:
+    return [Section(anchor, title, parts, appendix=True)] if parts else []
 
 
 def _data(loop: Loop, margins: Margins | None) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import math
 
 from vsctrl.loop import ScenarioLoop
 from vsctrl.report.rendering import drawn, equations
-from vsctrl.report.section import Part, Section, Table
+from vsctrl.report.section import Part, Picture, Section, Table
 from vsctrl.report.wording import per_second
 
 
@@ -17,7 +17,7 @@ def loop_sections(loop: ScenarioLoop, prefix: str) -> list[Section]:
     diagram = loop.diagram
     opened = diagram.open("T")
     parts: list[Part] = [
-        drawn(svg(diagram)),
+        Picture(drawn(svg(diagram))),
         "The loop of one direction of this very scenario; ℓ/ℓ̂ is its κ, which everything that the "
         "law believes of camera, depths and hand decides.",
         equations(("L(s)", -opened.transfer("T__cut", "T"))),
@@ -25,7 +25,7 @@ def loop_sections(loop: ScenarioLoop, prefix: str) -> list[Section]:
     ]
     if loop.left_out:
         rows = [(key, why) for key, why in loop.left_out.items()]
-        parts.append(Table(("left out of it", "why"), rows, left=2))
+        parts.append(Table(("left out", "why"), rows, "What this loop leaves out", left=2))
     return [Section("loop", "The loop of this scenario", parts)]
 
 

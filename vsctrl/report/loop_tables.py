@@ -20,7 +20,7 @@ def parameter_table(loop: Loop) -> Table:
         (name, f"{value:.6g}".replace("-", "−"), loop.meanings.get(name, ""))
         for name, value in loop.values.items()
     ]
-    return Table(("parameter", "value, SI", "meaning"), rows, left=3)
+    return Table(("parameter", "value, SI", "meaning"), rows, "Parameters", left=3)
 
 
 def margins_table(loop: Loop, opened: Any, margins: Margins) -> Table:

@@ -38,16 +38,17 @@ def loop_verdict(loop: Loop, margins: Margins | None) -> Verdict:
     sampled = None if loop.sampled is None else loop.sampled.is_stable
     edge = margins is not None and not margins.stable and not roots
     first = _works(loop, roots, sampled, edge)
-    own = _own(loop, margins)
+    own = own_limits(loop, margins)
     if sampled is False or (sampled is None and (roots or edge)):
-        return Verdict("bad", (first, *_way_back(loop, own)))
+        back = tuple(_way_back(loop, own))
+        return Verdict("bad", (first, *back), back)
     rest = [] if roots else answers(loop)
     weak = own is not None and (_weak(own.margins) or own.margins.delay == 0)
     kind: Colour = "warning" if weak or roots or edge else "good"
     return Verdict(kind, (first, *rest, *_limits(loop, own), *_promised(loop, own)))
 
 
-def _own(loop: Loop, margins: Margins | None) -> Limits | None:
+def own_limits(loop: Loop, margins: Margins | None) -> Limits | None:
     """Of the loop as a computer closes it, broken at its hold; else as it is."""
     if loop.sampled is not None and loop.hold not in loop.diagram.inputs:
         opened = known(loop.sampled.open)

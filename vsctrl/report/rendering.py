@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from functools import cache
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import jinja2
 from markupsafe import Markup
 
-from vsctrl.report.section import Picture, Table, Verbatim
-from vsctrl.study.tracking.sine_error import polar
-from vsctrl.study.tracking.steady_lag import millimetres
+from vsctrl.report.section import Part, Picture, Table, Verbatim
 from vsctrl.tables import visible
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"mm": millimetres, "polar": polar, "math": mathml}
+    environment.filters |= {"grouped": _grouped}
     environment.tests |= {
         "table": lambda part: isinstance(part, Table),
         "picture": lambda part: isinstance(part, Picture),
@@ -51,6 +51,16 @@ def _environment() -> jinja2.Environment:
 def _shown(value: Any) -> Any:
     """A value of the template; text of the user's that no page can hold is replaced."""
     return visible(value) if isinstance(value, str) and not isinstance(value, Markup) else value
+
+
+def _grouped(parts: Sequence[Part]) -> list[list[Part]]:
+    """Figures that follow each other together, which paper shows side by side."""
+    runs = groupby(parts, key=lambda part: isinstance(part, Picture) and bool(part.narrow))
+    return [group for pictures, run in runs for group in _one_or_all(list(run), pictures)]
+
+
+def _one_or_all(run: list[Part], together: bool) -> list[list[Part]]:
+    return [run] if together else [[part] for part in run]
 
 
 def mathml(expr: Expr | str, display: bool = False) -> Markup:

@@ -12,8 +12,8 @@ from vsctrl.files import as_path
 from vsctrl.keywords import keywords
 from vsctrl.report.data import ReportData
 from vsctrl.report.entries import entry_of
-from vsctrl.report.files import DATA, PAGE, folder_for, write
-from vsctrl.report.page import page
+from vsctrl.report.files import DATA, PAGE, PAPER, folder_for, write
+from vsctrl.report.page import page, paper_page
 from vsctrl.report.section import Entry
 from vsctrl.report.together import together
 
@@ -83,7 +83,12 @@ class Report:
     def html(self, command: str = PYTHON) -> str:
         """The text of the page. Errors: `InputError` where nothing was added."""
         self._check()
-        return page(self.title, self._entries, together(self._entries), command)
+        paper = PAPER if any(entry.paper for entry in self._entries) else ""
+        return page(self.title, self._entries, together(self._entries), command, paper)
+
+    def paper_html(self, command: str = PYTHON) -> str:
+        """The text of the page about the paper; empty where nothing added is from it."""
+        return paper_page(self.title, self._entries, command, PAGE)
 
     def data(self) -> ReportData:
         """The numbers of the page. Errors: `InputError` where nothing was added."""
@@ -91,16 +96,19 @@ class Report:
         return ReportData.of(self.title, self._entries)
 
     def write(self, out: str | Path = "report", *, command: str = PYTHON) -> Written:
-        """Write ``index.html`` and ``report.json`` into a folder, both or neither.
+        """Write ``index.html`` and ``report.json`` into a folder, all or none.
 
-        The folder is made if need be, and an older report in it is replaced.
+        ``paper.html`` is beside them where what was added is an experiment of the paper. The
+        folder is made if need be, and an older report in it is replaced.
         Errors: `InputError` for a folder that cannot be written to, or one that holds another file
         of the same name, and where nothing was added.
         """
         self._check()
         folder = as_path("out", out)
         with folder_for(folder):
-            write(folder, {PAGE: self.html(command), DATA: self.data().text()})
+            pages = {PAGE: self.html(command), PAPER: self.paper_html(command)}
+            texts = pages | {DATA: self.data().text()}
+            write(folder, {name: text for name, text in texts.items() if text})
         return Written(folder / PAGE, folder / DATA, self.entries)
 
     def _check(self) -> None:

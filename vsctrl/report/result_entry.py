@@ -8,7 +8,7 @@ from markupsafe import Markup
 
 from vsctrl.errors import InputError
 from vsctrl.report import plots
-from vsctrl.report.loop_entry import figure
+from vsctrl.report.figures import figure
 from vsctrl.report.section import Entry, Part, Section, Verbatim, Verdict
 
 #: What a page calls them, by the names of their types.

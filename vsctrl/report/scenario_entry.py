@@ -7,25 +7,25 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
 from vsctrl.derive import ledger
 from vsctrl.report import plots
-from vsctrl.report.figure_1 import figure_1_sections
+from vsctrl.report.figure_1 import figure_1_sections, gain_readings
+from vsctrl.report.figures import figure
 from vsctrl.report.loop_sections import loop_sections
 from vsctrl.report.rendering import fragment
-from vsctrl.report.section import Entry, Part, Picture, Section, Table, Verbatim
+from vsctrl.report.section import Entry, Part, Section, Table, Verbatim
+from vsctrl.report.tiles import scenario_tiles
 from vsctrl.report.verdict import verdict
-from vsctrl.report.wording import digits, length
+from vsctrl.report.wording import digits, length, listed
 from vsctrl.servo import Run, Scenario
 from vsctrl.study.examination.examination import (
     Examination,
     examination,
     examination_of_run,
 )
-from vsctrl.study.examination.positioning import Arrival
+from vsctrl.study.examination.positioning import Arrival, Positioning
 from vsctrl.study.statements import about as statements_about
-from vsctrl.tables import escaped
 
 A_LOOP = 100.0  #: times the length of its line, from which on a path returns to where it began
 
@@ -59,16 +59,18 @@ def _entry(x: Examination, kind: str, prefix: str) -> Entry:
         name=scenario.name,
         about=_about(scenario),
         verdict=verdict(x),
+        tiles=scenario_tiles(x),
         sections=[
             *_positioning(x, prefix),
             *(figure_1_sections(x.figure_1, prefix) if x.figure_1 else _own_loop(x, prefix)),
-            *(_paper(scenario) if kind == "scenario" else []),
             Section(
                 "file",
                 "The scenario",
                 [Verbatim("TOML, ready to save and edit", scenario.to_toml())],
+                appendix=True,
             ),
         ],
+        paper=_paper(x) if kind == "scenario" else (),
         data=_data(x),
         source=x,
         note=f"Scenario {scenario.digest}, seed {scenario.vision.seed}.",
@@ -102,11 +104,14 @@ def _positioning(x: Examination, prefix: str) -> list[Section]:
     p = x.positioning
     if p is None:
         return []
-    figure = Picture(
-        _svg(plots.arrival(x), "Paths in the image and in space, and the decay", prefix, "arrival"),
-        "From the start (dot) to the goal (cross); dotted is the straight line, the dots below are "
-        "the linear loop. Notice whether the lines are parallel: then the errors die out as fast "
-        "as theory says, and what lies between them is how far the start is from linear.",
+    picture = figure(
+        plots.arrival(x),
+        prefix,
+        "arrival",
+        alt=f"Paths in the image and in space, and the decay of the error{_decay(p)}.",
+        caption="From the start (dot) to the goal (cross); dotted is the straight line, the dots "
+        "below are the linear loop. Notice whether the lines are parallel: then the errors die out "
+        "as fast as theory says, and what lies between them is how far the start is from linear.",
     )
     rows = [_row(name, p.simulated, p.predicted, form) for name, form in ARRIVAL.items()]
     table = Table(("", "simulated", "linear loop"), rows, "How it arrives")
@@ -120,7 +125,16 @@ def _positioning(x: Examination, prefix: str) -> list[Section]:
             else ""
         )
     ]
-    return [Section("arrival", "How it arrives", [figure, table, *bends])]
+    return [Section("arrival", "How it arrives", [picture, table, *bends])]
+
+
+def _decay(p: Positioning) -> str:
+    """The decay of the error, simulated and by the linear loop, where there is one."""
+    of = {"simulated": p.simulated, "in the linear loop": p.predicted}
+    found = [
+        f"{digits(each.decay, 3)} s⁻¹ {name}" for name, each in of.items() if each and each.decay
+    ]
+    return f": {listed(found)}" if found else ""
 
 
 def _longer(detour: float) -> str:
@@ -157,10 +171,9 @@ def _row(
 # The run and the loop ----------------------------------------------------------------------------
 def _own_loop(x: Examination, prefix: str) -> list[Section]:
     """The run as configured, held to its linear loop, and that loop."""
+    alt = "The run: image, errors, twist and lag over time."
     run: list[Part] = [
-        Picture(
-            _svg(plots.run_figure(x.run), "The run: image, errors, twist and lag", prefix, "own")
-        ),
+        figure(plots.run_figure(x.run), prefix, "own", alt=alt),
         Verbatim("The run in numbers", str(x.outcome)),
     ]
     sections = [Section("run", "The run as configured", run)]
@@ -180,10 +193,14 @@ def _prediction(x: Examination, prefix: str) -> Section:
         f"{'' if x.difference is None else f', in the last quarter {length(x.difference)}'}."
     )
     parts: list[Part] = [
-        Picture(
-            _svg(plots.predicted_lag(x), "Lag of the run and of the linear loop", prefix, "lag"),
-            "The lag of the camera: lines are the run in six degrees of freedom, dots the linear "
-            "loop below, frame by frame. Where they part, something that is not linear acts.",
+        figure(
+            plots.predicted_lag(x),
+            prefix,
+            "lag",
+            alt=f"Lag of the run and of the linear loop: {text}",
+            caption="The lag of the camera: lines are the run in six degrees of freedom, dots the "
+            "linear loop below, frame by frame. Where they part, something that is not linear "
+            "acts.",
         ),
         text,
     ]
@@ -201,16 +218,13 @@ def _steady(x: Examination, lag: Any) -> Table:
         (name, f"{1e3 * a:+.4f}".replace("-", "−"), f"{1e3 * b:+.4f}".replace("-", "−"))
         for name, a, b in zip(names, lag, mean, strict=True)
     ]
-    return Table(("steady lag", "linear loop", "run, last quarter"), rows)
-
-
-def _svg(figure: Any, title: str, prefix: str, name: str) -> Markup:
-    return Markup(plots.to_svg(figure, escaped(title), f"{prefix}-{name}"))
+    return Table(("along", "linear loop", "run, last quarter"), rows, "Steady lag")
 
 
 # The paper ---------------------------------------------------------------------------------------
-def _paper(scenario: Scenario) -> list[Section]:
+def _paper(x: Examination) -> list[Section]:
     """What the paper says of its own experiments and in its equations; nothing of other ones."""
+    scenario = x.scenario
     rows = statements_about(scenario)
     if not len(rows):
         return []
@@ -220,6 +234,7 @@ def _paper(scenario: Scenario) -> list[Section]:
     counts = Counter(claim.status for claim in claims)
     return [
         Section("statements", "What the paper says of its experiments", [said]),
+        *([gain_readings(x.figure_1)] if x.figure_1 is not None else []),
         Section(
             "ledger",
             "The paper, statement by statement",

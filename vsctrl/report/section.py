@@ -13,15 +13,41 @@ Colour = Literal["good", "warning", "bad"]
 
 @dataclass(frozen=True)
 class Verdict:
-    """The first lines about a result; `kind` colours them and is None where nothing is judged."""
+    """The first lines about a result; `kind` colours them and is None where nothing is judged.
+
+    `advice`: those of the sentences that say what to change.
+    """
 
     kind: Colour | None
     sentences: tuple[str, ...]
+    advice: tuple[str, ...] = ()
+
+    @property
+    def findings(self) -> tuple[str, ...]:
+        """The sentences that are no advice."""
+        return tuple(each for each in self.sentences if each not in self.advice)
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One question answered by a number: what is asked, the value with its unit, what it means.
+
+    `anchor`: of the section that proves it; `kind` colours the value.
+    """
+
+    question: str
+    value: str
+    meaning: str
+    anchor: str
+    kind: Colour | None = None
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text below heads, the first `left` columns aligned to the left."""
+    """Rows of text below heads, the first `left` columns aligned to the left.
+
+    A cell may be Markup, a formula or a coloured word.
+    """
 
     heads: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -32,10 +58,14 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure as an SVG element, with a caption that says what to notice."""
+    """A figure as an SVG element, with a caption that says what to notice.
+
+    `narrow`: the same drawn for a phone; None where the one serves both.
+    """
 
     svg: Markup
     caption: str = ""
+    narrow: Markup | None = None
 
 
 @dataclass(frozen=True)
@@ -52,11 +82,15 @@ Part = str | Markup | Table | Picture | Verbatim
 
 @dataclass(frozen=True)
 class Section:
-    """A heading and what follows it; `anchor` is unique within an entry."""
+    """A heading and what follows it; `anchor` is unique within an entry.
+
+    `appendix`: closed on a screen until it is asked for, and open on paper.
+    """
 
     anchor: str
     title: str
     parts: Sequence[Part]
+    appendix: bool = False
 
 
 @dataclass(frozen=True)
@@ -64,7 +98,8 @@ class Entry:
     """One result on a page: what it is, what is said first, and its sections.
 
     `kind`: in a word, as "scenario" or "loop"; `data`: its numbers as JSON takes them; `source`:
-    what was examined, from which figures of several are drawn; `note`: for the page's footer.
+    what was examined, from which figures of several are drawn; `note`: for the page's footer;
+    `paper`: sections for the page about the paper.
     """
 
     kind: str
@@ -75,3 +110,5 @@ class Entry:
     data: dict[str, Any]
     source: Any = field(default=None, repr=False)
     note: str = ""
+    tiles: Sequence[Tile] = ()
+    paper: Sequence[Section] = ()

@@ -15,6 +15,7 @@ from vsctrl.study import Comparison, LoopReport, SteadyLag, Wave
 Case = TypeVar("Case", SteadyLag, Wave)
 
 EXACT = 1e-12  #: a lag (m) that is nothing but rounding
+UNSEEN = 1e-5  #: a lag (m) that is not worth a cure
 SEEN = 0.2  #: a measured error is said to hide the true one below this share of it
 
 
@@ -34,6 +35,30 @@ def tracking(result: LoopReport, settled: bool = True) -> list[str]:
     if comparison.rows and not (comparison.on_legs and short):
         return _steady(result, settled)
     return _at_every_frame(result)
+
+
+def cure(result: LoopReport) -> list[str]:
+    """What takes the lead away that the law does not see; empty where it sees its error."""
+    comparison, latency = result.comparison, result.scenario.vision.latency
+    if not latency or not _hidden(result):
+        return []
+    if comparison.waves:
+        aligned = comparison.wave(feedforward=True, delay=latency, placement="aligned")
+        if aligned.simulated is None:
+            return []
+        size = _size(abs(aligned.simulated))
+        return [f"Delaying the reference by the same time (aligned) leaves ±{size}."]
+    if not comparison.rows:
+        return []
+    own = _own(result, comparison.row)[True, latency]
+    if not _leads(own) or own.agrees is False or own.analytic is None:
+        return []
+    leg = " on each leg" if comparison.on_legs else ""
+    nulling = digits(result.stability.nulling_feedforward, 3)
+    return [
+        f"Delaying the reference by the same time (aligned) removes the lead{leg}; so does "
+        f"k_ff = {nulling}."
+    ]
 
 
 def agreement(comparison: Comparison) -> list[str]:
@@ -77,14 +102,13 @@ def _steady(result: LoopReport, settled: bool) -> list[str]:
             f" Without the latency it would be {_short(ideal[0])} without the term and "
             f"{_short(ideal[1])} with it."
         )
-    if abs(_lag(own[1]) or 0.0) > 1e-5 and (hidden := _hidden(result)):
-        nulling = result.stability.nulling_feedforward
-        proven = (
-            f" Delaying the reference by the same time (aligned) removes the lead{leg}; so does "
-            f"k_ff = {digits(nulling, 3)}."
-        )
-        out.append(hidden if own[1].agrees is False else hidden + proven)
+    if _leads(own[1]) and (hidden := _hidden(result)):
+        out.append(hidden)
     return out
+
+
+def _leads(row: SteadyLag) -> bool:
+    return abs(_lag(row) or 0.0) > UNSEEN
 
 
 def _own(result: LoopReport, pick: Callable[..., Case]) -> dict[tuple[bool, float], Case]:
@@ -153,13 +177,7 @@ def _sine(result: LoopReport) -> list[str]:
         f"{own[1]} with it. Without the latency it would be {ideal[0]} without the term and "
         f"{ideal[1]} with it."
     ]
-    if hidden := _hidden(result):
-        aligned = comparison.wave(feedforward=True, delay=latency, placement="aligned")
-        size = abs(aligned.simulated or 0.0)
-        out.append(
-            f"{hidden} Delaying the reference by the same time (aligned) leaves ±{_size(size)}."
-        )
-    return out
+    return [*out, hidden] if (hidden := _hidden(result)) else out
 
 
 def _swing(wave: Wave) -> str:

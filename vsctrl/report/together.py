@@ -8,7 +8,7 @@ from typing import Any
 
 from vsctrl.errors import InputError, LimitError
 from vsctrl.report import plots
-from vsctrl.report.loop_entry import figure
+from vsctrl.report.figures import figure
 from vsctrl.report.section import Entry, Part, Section, Table
 from vsctrl.report.wording import digits, length, listed, per_second, seconds, time
 
@@ -81,7 +81,7 @@ def _loop_table(entries: list[Entry]) -> Table:
             )
         )
     heads = ("", "verdict", "gain margin", "phase", "delay", "Ms", "settling 2 %", "overshoot")
-    return Table(heads, rows, left=2)
+    return Table(heads, rows, "Loops", left=2)
 
 
 def _step_info(loop: Any) -> Any:
@@ -121,4 +121,4 @@ def _of_scenarios(entries: list[Entry]) -> list[Part]:
     heads = ("", "loop", "λ", "stable up to", "errors fall to 1/e in", "last quarter of the run")
     names = [each.name for each in entries]
     drawn = plots.distances([each.source.run for each in entries], names)
-    return [Table(heads, rows, left=2), figure(drawn, PREFIX, "distances")]
+    return [Table(heads, rows, "Scenarios", left=2), figure(drawn, PREFIX, "distances")]

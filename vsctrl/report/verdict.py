@@ -26,12 +26,15 @@ def verdict(x: Examination) -> Verdict:
     """Read an examination: the words, and the colour that they have."""
     kind, first = _works(x)
     rest: list[str] = []
+    change: list[str] = []
     if x.loop is not None:
-        rest = [*how_far(x, not _too_short(x)), *how_fast(x), *limits(x), *advice(x)]
+        change = advice(x)
+        rest = [*how_far(x, not _too_short(x)), *how_fast(x), *limits(x), *change]
     if kind == "good" and x.loop is not None and (little_margin(x) or ways_differ(x)):
         kind = "warning"
-    rest += [f"Is this meant? {doubt}" for doubt in x.scenario.doubts]
-    return Verdict(kind, tuple(sentence for sentence in (first, *rest) if sentence))
+    asked = [f"Is this meant? {doubt}" for doubt in x.scenario.doubts]
+    said = tuple(sentence for sentence in (first, *rest, *asked) if sentence)
+    return Verdict(kind, said, (*change, *asked))
 
 
 # Does it work ------------------------------------------------------------------------------------

@@ -23,12 +23,15 @@ _BAR = 0.5  #: em from a fraction's bar to the ink beside it
 
 _STYLE = """\
 #{id}{{fill:none;stroke:currentColor;stroke-width:1.3}}
+#{id}{{max-width:100%;height:auto}}
 #{id}:root{{color:#1c2128}}
 @media (prefers-color-scheme:dark){{#{id}:root{{color:#dfe4ea}}}}
 #{id} text{{font:17px "Times New Roman","Nimbus Roman","Liberation Serif",Times,serif;\
 fill:currentColor;stroke:none;text-anchor:middle}}
 #{id} .name{{font:11.5px Helvetica,Arial,"Liberation Sans",sans-serif;fill-opacity:.7}}
 #{id} .signal{{font-size:15px}}
+#{id} .start{{text-anchor:start}}
+#{id} .end{{text-anchor:end}}
 #{id} .i{{font-style:italic}}
 #{id} .box{{fill:currentColor;fill-opacity:.05}}
 #{id} .ink{{fill:currentColor;stroke:none}}"""
@@ -55,7 +58,7 @@ def svg(diagram: Wiring) -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" id="{name}" role="img" '
         f'aria-labelledby="{name}-title {name}-desc" width="{width}" '
-        f'viewBox="0 0 {width} {height}" style="max-width:100%;height:auto">\n'
+        f'viewBox="0 0 {width} {height}">\n'
         f'<title id="{name}-title">{escaped(title)}</title>\n'
         f'<desc id="{name}-desc">{escaped(about)}</desc>\n'
         f"<style>{_STYLE.format(id=name)}</style>\n{body}\n</svg>\n"
@@ -162,9 +165,9 @@ def _text(line: typeset.Line, x: float, y: float, size: float, more: str = "") -
 
 
 def _signal(label: Label) -> str:
-    anchor = "" if label.anchor == "middle" else f' style="text-anchor:{label.anchor}"'
+    anchor = "" if label.anchor == "middle" else f" {label.anchor}"
     line = typeset.symbol(label.signal)
-    return _text(line, label.x, label.y, SIGNAL, f' class="signal"{anchor}')
+    return _text(line, label.x, label.y, SIGNAL, f' class="signal{anchor}"')
 
 
 def _sign(x: float, y: float, sign: int) -> str:

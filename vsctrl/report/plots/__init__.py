@@ -29,7 +29,8 @@ from vsctrl.report.plots.stability import (
     locus_against_pade,
     nyquist_against_pade,
 )
-from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, STYLE, WITH, WITHOUT, to_svg
+from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, STYLE, WITH, WITHOUT
+from vsctrl.report.plots.svg import to_svg, to_svgs
 from vsctrl.report.plots.time_responses import in_unit, response, step, time_response
 
 __all__ = [
@@ -76,6 +77,7 @@ __all__ = [
     "system_overview",
     "time_response",
     "to_svg",
+    "to_svgs",
     "top_view",
     "validation",
     "velocities",
