@@ -9,8 +9,9 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from vsctrl import paper
-from vsctrl.report import figure_1, plots
+from vsctrl.report import plots
 from vsctrl.report import sentences as words_of
+from vsctrl.report.figure_1 import figures
 from vsctrl.report.verdict import verdict
 from vsctrl.servo import simulate
 from vsctrl.servo.control.law import Law
@@ -85,7 +86,7 @@ def test_latency_in_the_actuator_makes_no_image_old():
     words = " ".join(words_of.tracking(found))
     assert words.startswith("With 80 ms of latency in the actuator") and " old" not in words
     assert "16.0 mm behind without the term and exactly on it with it" in words
-    assert figure_1._seen(found).endswith("the latency is in the actuator.")
+    assert figures.seen(found).endswith("the latency is in the actuator.")
 
 
 @pytest.mark.parametrize(
@@ -99,9 +100,9 @@ def test_latency_in_the_actuator_makes_no_image_old():
 )
 def test_the_caption_of_the_image_error_is_true_of_what_is_drawn(changes, words, parted):
     found = examined(**changes)
-    said = figure_1._seen(found)
+    said = figures.seen(found)
     assert words in said and ("Notice where they part" in said) == parted
-    assert figure_1._ended(found) == []
+    assert figures.ended(found) == []
     run = found.without_feedforward
     true, shown = run.error, run.measured_error
     if changes.get("placement") == "aligned":  # two frames of 40 ms later, to the bit
@@ -114,7 +115,7 @@ def test_a_run_that_ends_early_is_named_with_its_time_and_drawn_at_one_moment():
     found = examined(lam=18.9, duration=7.5)
     on, off = found.with_feedforward, found.without_feedforward
     assert len(on.t) < len(off.t) and not on.status.ok  # they part, or nothing is shown
-    first, second = figure_1._ended(found)
+    first, second = figures.ended(found)
     assert f"without the derivative term ends early, at t = {off.t[-1]:g} s" in first
     assert f"with the derivative term ends early, at t = {on.t[-1]:g} s" in second
     figure = plots.top_view(on, off)

@@ -66,10 +66,11 @@ def fail_with(number: int):
 
 
 # What works ------------------------------------------------------------------------------------
-def test_a_real_report_is_two_files_that_anyone_may_read(report_of):
+def test_a_real_report_is_three_files_that_anyone_may_read(report_of):
     folder = report_of("slide")
-    assert sorted(p.name for p in folder.iterdir()) == FILES
-    for name in FILES:
+    files = sorted([*FILES, "paper.html"])
+    assert sorted(p.name for p in folder.iterdir()) == files
+    for name in files:
         assert (folder / name).stat().st_mode & 0o777 == 0o644
         assert (folder / name).read_bytes().decode("utf-8")
 

@@ -100,7 +100,7 @@ class Figures:
         number = 7 if self._result.comparison.on_legs or self._result.comparison.waves else 5
         text = (
             f"Image error E over all points (figure {number} of the paper), with and without the "
-            f"derivative term. {_seen(self._result)}"
+            f"derivative term. {seen(self._result)}"
         )
         ends = [f"{np.linalg.norm(run.error[-1]):.1f} px" for run in (off, on)]
         return figure(
@@ -109,7 +109,7 @@ class Figures:
             "errors",
             alt=f"Image error over time: it ends at {ends[0]} without the derivative term and at "
             f"{ends[1]} with it.",
-            caption=" ".join([text, *_ended(self._result)]),
+            caption=" ".join([text, *ended(self._result)]),
         )
 
     def top(self) -> Picture:
@@ -118,7 +118,7 @@ class Figures:
         ends = [f"{length(float(np.linalg.norm(run.lag[-1, :3])))}" for run in (off, on)]
         earlier = (
             " Where one run ends before the other, that is the moment of the earlier end."
-            if _ended(self._result)
+            if ended(self._result)
             else ""
         )
         return figure(
@@ -164,7 +164,7 @@ class Figures:
         )
 
 
-def _seen(result: LoopReport) -> str:
+def seen(result: LoopReport) -> str:
     """What the lines of the image error are: the truth, and what the law is shown of it."""
     runs = (result.with_feedforward, result.without_feedforward)
     true, shown = (
@@ -188,7 +188,7 @@ def _seen(result: LoopReport) -> str:
     return f"{text} Notice where they part: a measured plot alone misjudges both laws."
 
 
-def _ended(result: LoopReport) -> list[str]:
+def ended(result: LoopReport) -> list[str]:
     """The runs that ended early, each in a sentence."""
     runs = {"without": result.without_feedforward, "with": result.with_feedforward}
     return [_end(name, run) for name, run in runs.items() if not run.status.complete]
