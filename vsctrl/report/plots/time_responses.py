@@ -107,7 +107,9 @@ def response(
         axes.set_ylabel(courses[0].name.rpartition(" to ")[2] if len(courses) == 1 else "response")
         legend(figure, axes)
         kind = "Step response" if isinstance(drive, Step) else "Response"
-        about = f"{kind} of {' and '.join(c.name for c in courses)} over {last:.3g} s."
+        about = f"{kind} of {courses[0].name} over {last:.3g} s."
+        if len(courses) > 1:
+            about = f"{kind}s over {last:.3g} s: {'; '.join(c.name for c in courses)}."
         say(figure, axes, title, f"{caption}." if caption else about, about)
     return figure
 
