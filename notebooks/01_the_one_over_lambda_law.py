@@ -106,7 +106,7 @@ figure
 # %% [markdown]
 # Notice the signs. Without the derivative term the camera stays 12.8 mm behind, which is
 # $v(1/\lambda - \tau)$; with it, it ends 3.2 mm *ahead*. And notice the first 80 ms, in which the
-# law has nothing to go by but the old image.
+# law has nothing to go by but the old image. (The dotted line is the reference itself.)
 #
 # A Padé model agrees in the end, but not on the way. The spread of its error on the ramp without
 # the derivative term is small, since a ramp is gentle; [the notebook of block

@@ -14,16 +14,8 @@ from matplotlib.figure import Figure
 from vsctrl.diagram.stability_chart.chart import Boundary, StabilityChart
 from vsctrl.diagram.stability_chart.raster import Regions
 from vsctrl.report.plots.canvas import LETTERS, Size, picture_of, plain
+from vsctrl.report.plots.letters import lettered
 from vsctrl.report.plots.style import INK, WITH, WITHOUT, takes
-
-#: Axis labels for the parameters whose unit is known.
-_NAMES = {
-    "lam": "gain λ, s⁻¹",
-    "tau": "latency τ, s",
-    "tau_hat": "modelled latency τ̂, s",
-    "T_i": "integral time Tᵢ, s",
-    "h": "preview h, s",
-}
 
 
 @takes(StabilityChart)
@@ -61,8 +53,8 @@ def stability_chart(
         if here is not None:
             axes.plot(*here, "o", color=INK, markersize=6, zorder=6)
         axes.set(xlim=box[:2], ylim=box[2:])
-        axes.set_xlabel(_NAMES.get(chart.x_name, chart.x_name))
-        axes.set_ylabel(_NAMES.get(chart.y_name, chart.y_name))
+        axes.set_xlabel(lettered(chart.x_name))
+        axes.set_ylabel(lettered(chart.y_name))
         axes.grid(False)
         words = _noticed(chart, regions)
         letters = int(LETTERS * figure.get_figwidth())

@@ -134,17 +134,23 @@ def _laws(pair: Pair) -> list[tuple[Run, str, str]]:
 
 
 def _ends(axes: Axes, pair: Pair, top: float) -> None:
-    """The true E of the last second in words: between the two lines, outside where they are near.
-
-    The dotted lines lie outside too, but farther off where the others are near.
-    """
+    """The true E of the last second in words, right of the axes, where no line can be."""
     values = [float(np.median(size(run.error)[run.t > run.t[-1] - 1])) for run in pair]
-    between = abs(values[0] - values[1]) > 0.15 * top
-    for value, other, colour in zip(values, values[::-1], (WITH, WITHOUT), strict=True):
-        up = (value < other) == between
-        end, shift = (float(pair.on.t[-1]), value), (-2, 5 if up else -5)
-        place: Any = {"ha": "right", "va": "bottom" if up else "top", "fontsize": 8.5}
-        label(axes, f"{value:.1f} px", end, shift, color=colour, **place)
+    least = 0.07 * top  # a line of text
+    low, high = sorted(values)
+    below = max(min(low, (low + high - least) / 2), least / 2)
+    places = {low: below, high: max(high, below + least)}
+    for value, colour in zip(values, (WITH, WITHOUT), strict=True):
+        axes.annotate(
+            f"{value:.1f} px",
+            (1, places[value]),
+            (4, 0),
+            xycoords=("axes fraction", "data"),
+            textcoords="offset points",
+            va="center",
+            fontsize=8.5,
+            color=colour,
+        )
 
 
 def _path(axes: Axes, pair: Pair) -> None:

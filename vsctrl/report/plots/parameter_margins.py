@@ -15,6 +15,7 @@ from vsctrl.diagram.frequency.margins import Margins
 from vsctrl.diagram.system import System
 from vsctrl.errors import InputError
 from vsctrl.report.plots.canvas import NOTEBOOK, Size, canvas, plain, say
+from vsctrl.report.plots.letters import lettered
 from vsctrl.report.plots.margin_words import short
 from vsctrl.report.plots.root_maps import values_of
 from vsctrl.report.plots.style import EXACT, INK, WITHOUT
@@ -63,7 +64,7 @@ def margins(
             capped = min(top, HIGHEST) if low else top
             axes.set_ylim(low, low + 1.08 * (capped - low) if capped > low else low + 1)
         for axes in panels[-shape[1] :]:
-            axes.set_xlabel(plain(parameter))
+            axes.set_xlabel(lettered(parameter))
         words = _words(grid, stable, plain(parameter), plain(signal))
         about = f"Margins of the loop opened at {plain(signal)} over {plain(parameter)}."
         say(figure, panels[0], PANELS[0], words, about)
