@@ -1,7 +1,7 @@
 """The picture of the report in README: ``python analysis/screenshot.py [OUT] [--browser PROGRAM]``.
 
-Writes the report of the paper's slide, shows it to a headless Chromium and keeps the first screen as
-``report.png`` in OUT (``analysis`` if not given), in few colours, so that it stays small.
+Writes the report of the paper's slide, shows it to a headless Chromium and keeps the first screen
+as ``report.png`` in OUT (``analysis`` if not given), in few colours, so that it stays small.
 """
 
 import argparse

@@ -274,7 +274,7 @@ pd.DataFrame(
 # below is one choice: how far the swinging target gets away (no noise), and how far noise moves the
 # camera (target at rest).
 
-# %%
+# %% tags=["long"]
 quiet = level.with_(duration=40, noise_px=0.5)
 choices = {
     "nothing": [{}],
@@ -305,7 +305,7 @@ axes.set(ylabel="shaken by noise, mm (r.m.s.)", ylim=(0, 11))
 axes.legend()
 figure
 
-# %%
+# %% tags=["long"]
 heads = ["filter", "process", "greatest lag, mm", "shaken by, mm"]
 pd.DataFrame(trade, columns=heads).set_index(heads[:2]).round(2)
 

@@ -22,7 +22,8 @@ class Progress:
         self._number += 1
         with suppress(OSError):  # a counter that cannot be written stops no work
             if not sys.stderr.isatty():
-                print(f"{self._number} {name}", file=sys.stderr, flush=True)
+                sys.stderr.write(f"{self._number} {name}\n")
+                sys.stderr.flush()
                 return
             from tqdm import tqdm
 

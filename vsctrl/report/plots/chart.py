@@ -27,6 +27,12 @@ def stability_chart(
     Lines are the exact boundaries: solid where a pair of roots crosses, with its frequency in
     rad/s, dashed where a real root passes 0. The stable region is filled in `WITH`. here: (x, y) of
     the loop itself, a dot. size: (width, height), inches.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> chart = loop.stability_chart(lam=(1, 25), tau=(0.02, 0.2), grid=(6, 4))
+    >>> figure = vs.plots.stability_chart(chart)
+    >>> figure.alt
+    'Unstable roots over lam and tau.'
     """
     regions = chart.regions(1200, 800)
     with picture_of(size, (7.2, 4.8)) as figure:

@@ -41,6 +41,11 @@ def margins(
     value. values: without them from a twentieth of the own value to five times it. ax: four axes
     of yours. size: (width, height), inches. Returns the figure, with `caption` and `alt`.
     Errors: `InputError` for an unknown signal or parameter and for values that are none.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> figure = vs.plots.margins(loop, "S_meas", "lam", np.linspace(1, 5, 5))
+    >>> figure.alt
+    'Margins of the loop opened at S_meas over lam.'
     """
     if not isinstance(system, System):
         raise InputError(f"margins: {quoted(system)} is no system; give diagram.at(…).")

@@ -37,6 +37,10 @@ def run_figure(run: Run) -> Figure:
     """Image plane, errors, twist and lag of a run, with a caption that says what to notice.
 
     Of a gantry its joints too.
+
+    >>> figure = vs.plots.run_figure(vs.simulate(vs.paper.sliding()))
+    >>> figure.alt[:61]
+    'A run: its points in the image, errors, twist and lag. The ca'
     """
     joints = run.joints is not None
     with drawing(9.6, 9.8 if joints else 7.6) as figure:
@@ -73,7 +77,12 @@ def _balanced(words: str, most: int) -> str:
 
 
 def picture(figure: Figure, suffix: str) -> bytes:
-    """The figure as a PNG, SVG or PDF file, by suffix; the same bytes for the same figure."""
+    """The figure as a PNG, SVG or PDF file, by suffix; the same bytes for the same figure.
+
+    >>> figure = vs.plot(vs.figure1)
+    >>> vs.plots.picture(figure, ".svg")[:5]
+    b'<?xml'
+    """
     if suffix not in SUFFIXES:
         raise InputError(f"{suffix}: figures are written as {', '.join(SUFFIXES)}; choose one.")
     dateless: dict[str, Any] = {

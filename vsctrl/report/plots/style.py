@@ -94,6 +94,10 @@ def to_svg(figure: Figure, title: str, prefix: str) -> str:
     """The figure as an SVG element to put into a page: text in the page's colour, no links.
 
     `title` is what a screen reader says; `prefix` keeps the ids of figures on one page apart.
+
+    >>> figure = vs.plot(vs.figure1)
+    >>> vs.plots.to_svg(figure, "Figure 1", "one")[:4]
+    '<svg'
     """
     buffer = io.StringIO()
     with mpl.rc_context(STYLE):
