@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 ROOT = Path(__file__).parents[1]
 
@@ -19,8 +20,16 @@ def test_sliding(tmp_path, capsys):
     assert printed.strip() in (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_readme_shows_a_picture_that_is_there():
-    assert (ROOT / "analysis" / "sliding.svg").stat().st_size > 10_000
+def test_the_pictures_that_readme_shows_are_small():
+    assert 10_000 < (ROOT / "analysis" / "sliding.svg").stat().st_size < 200_000
+    assert 10_000 < (ROOT / "analysis" / "report.png").stat().st_size < 100_000
+
+
+def test_the_screenshot_asks_for_a_browser_where_there_is_none(tmp_path, monkeypatch):
+    study = runpy.run_path(str(ROOT / "analysis" / "screenshot.py"))
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(SystemExit, match="There is no browser here; install one of chromium"):
+        study["main"](tmp_path)
 
 
 def test_the_delay_benchmark_runs_and_is_exact(tmp_path, monkeypatch):

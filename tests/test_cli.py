@@ -23,6 +23,7 @@ from scipy.special import lambertw
 import vsctrl.report
 from vsctrl import __version__, examples, paper
 from vsctrl.cli import main
+from vsctrl.cli.progress import Progress
 from vsctrl.servo import Scenario
 
 VSCTRL = Path(sys.executable).with_name("vsctrl")
@@ -503,3 +504,15 @@ def test_no_arguments_end_in_anything_but_a_sentence(tmp_path_factory, arguments
     assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
     assert result.exit_code in (0, 1, 2) and "Traceback" not in result.output
     assert len(result.stderr) < 6000
+
+
+def test_steps_are_lines_in_a_log_and_one_changing_line_on_a_terminal(monkeypatch):
+    log = io.StringIO()
+    for terminal, shown in ((False, "1 one\n2 two\n"), (True, "\r1 one\r")):
+        log.seek(0), log.truncate()
+        monkeypatch.setattr(log, "isatty", lambda terminal=terminal: terminal, raising=False)
+        monkeypatch.setattr(sys, "stderr", log)
+        with Progress() as progress:
+            for step in ("one", "two"):
+                progress.step(step)
+        assert log.getvalue().startswith(shown) and ("\r" in log.getvalue()) == terminal

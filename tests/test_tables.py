@@ -7,6 +7,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from IPython.lib import pretty
 
 import vsctrl as vs
 from vsctrl import tables
@@ -143,14 +144,9 @@ def test_lines_show_themselves_in_a_terminal_in_a_notebook_and_at_a_prompt():
         def _sentences(self):
             return ["It is so."]
 
-    class Printer:
-        def text(self, text):
-            self.shown = text
-
-    two, printer = Two(1.0), Printer()
+    two = Two(1.0)
     assert str(two) == "long name  1 <\nb          2\nIt is so."
-    two._repr_pretty_(printer, False)
-    assert printer.shown == str(two)
+    assert pretty.pretty(two) == str(two)
     assert "<th>long name</th><td>1 &lt;</td>" in two._repr_html_()
     assert "<p>It is so.</p>" in two._repr_html_()
     assert repr(two).endswith("Two(a=1.0)")

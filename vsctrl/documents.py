@@ -24,6 +24,10 @@ def load(path: str | Path) -> Loop | Scenario:
     """What a TOML file in UTF-8 describes: a `Loop` by its blocks, a `Scenario` by its camera.
 
     Errors: `InputError` that starts with the file's name and lists all problems.
+
+    >>> from importlib.resources import files
+    >>> vs.load(files("vsctrl.examples") / "fopdt.toml").opened
+    'y'
     """
     text = files.read_text(files.as_path("path", path), "TOML file")
     try:

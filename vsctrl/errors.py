@@ -13,7 +13,14 @@ FARTHEST = 100  #: characters of a name that could be meant for another
 
 
 class InputError(ValueError):
-    """A value given by the user that cannot be used; the message says which, why and what to do."""
+    """A value given by the user that cannot be used; the message says which, why and what to do.
+
+    >>> try:
+    ...     vs.paper.sliding(lam=-1)
+    ... except vs.InputError as refused:
+    ...     print(refused)
+    law.lam: -1 is not positive; give a number above 0 (gain λ, 1/s).
+    """
 
 
 class ImproperError(InputError):
@@ -21,7 +28,14 @@ class ImproperError(InputError):
 
 
 class LimitError(RuntimeError):
-    """A computation that would not end; the message says how far it came and what to ask for."""
+    """A computation that would not end; the message says how far it came and what to ask for.
+
+    >>> try:
+    ...     raise vs.LimitError("A computation that would not end says so.")
+    ... except vs.LimitError as limit:
+    ...     print(limit)
+    A computation that would not end says so.
+    """
 
 
 def cut(text: str, longest: int) -> str:

@@ -79,6 +79,9 @@ def sliding(
     feedforward: with the derivative term of (10) or without; lam: λ in s⁻¹; latency: of the vision
     system, s; placement: where it acts. Other fields: ``sliding().with_(…)``.
     Raises InputError for values that cannot be simulated.
+
+    >>> vs.paper.sliding(feedforward=False).law.k_ff
+    0.0
     """
     return Scenario(
         name="sliding",
@@ -104,6 +107,9 @@ def oscillation(
     The paper names neither; its constant "static error" fits the triangle. Its start "at random
     position" is left to ``oscillation().with_(offset=…)``. Other arguments and errors as
     ``sliding``.
+
+    >>> vs.paper.oscillation("sine").law.lam
+    5.0
     """
     motion: dict[str, Any] = {"kind": "oscillation", "waveform": waveform, "amplitude": AMPLITUDE}
     triangle = isinstance(waveform, str) and waveform == "triangle"
@@ -134,6 +140,9 @@ def rotation(
     distance: from the camera to the axis along the optical axis, m; axis: its direction in the
     camera frame, parallel to y in the paper; speed: rad/s. Other arguments and errors as
     ``sliding``.
+
+    >>> print(vs.paper.rotation().reference.twist(0.0))
+    [-0.032  0.     0.     0.     0.04   0.   ]
     """
     return Scenario(
         name="rotation",
@@ -182,7 +191,11 @@ PRESETS: dict[str, Callable[[], Scenario]] = {
 
 @keywords
 def preset(name: str) -> Scenario:
-    """The experiment of the paper with this name. Raises InputError that lists the known ones."""
+    """The experiment of the paper with this name. Raises InputError that lists the known ones.
+
+    >>> vs.paper.preset("sliding") == vs.paper.sliding()
+    True
+    """
     if name not in PRESETS:
         known = ", ".join(PRESETS)
         raise InputError(f"preset: there is no experiment {quoted(name)}; choose {known}.")

@@ -48,6 +48,11 @@ class Lines(ABC):
 
     __slots__ = ()
 
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        # IPython takes the first class that has either, and a dataclass has a `repr` of its own.
+        cls._repr_pretty_ = Lines._repr_pretty_  # type: ignore[method-assign]
+
     @abstractmethod
     def _lines(self) -> Mapping[str, str]:
         """Name → text, in their order."""

@@ -67,7 +67,7 @@ def test_figure_5_shows_the_norm_of_the_true_error_and_of_the_measured_one(slide
     assert {text.get_text() for text in figure.axes[0].texts} == {"6.8 px", "27.3 px"}
 
 
-def test_what_figure_5_and_7_say_in_words_stands_within_their_axes(slide, oscillation):
+def test_what_figure_5_and_7_say_in_words_stands_beside_the_curves(slide, oscillation):
     for traces in (slide, oscillation):
         figure = plots.error_traces(traces)
         figure.draw_without_rendering()
@@ -75,6 +75,7 @@ def test_what_figure_5_and_7_say_in_words_stands_within_their_axes(slide, oscill
             inside = axes.get_window_extent()
             boxes = [text.get_window_extent() for text in axes.texts]
             assert all(box.y0 >= inside.y0 and box.y1 <= inside.y1 for box in boxes)
+            assert all(inside.x1 < box.x0 and box.x1 <= figure.bbox.x1 for box in boxes)
             assert not boxes[0].overlaps(boxes[1])
 
 

@@ -11,6 +11,7 @@ from sympy import exp, symbols
 
 import vsctrl as vs
 from vsctrl.errors import InputError
+from vsctrl.report.plots.letters import lettered
 from vsctrl.report.plots.style import SERIES, Picture
 from vsctrl.symbols import s
 
@@ -291,3 +292,14 @@ def test_an_animation_is_shown_or_written(run, tmp_path):
         vs.animate(run, pictures="two")
     with pytest.raises(InputError, match="is no Run"):
         vs.animate(3)
+
+
+@pytest.mark.parametrize(
+    ("name", "label"),
+    [
+        ("theta", r"$\theta$"), ("K_c", "$K_{c}$"), ("theta_hat", r"$\hat{\theta}$"), ("k", "$k$"),
+        ("lam", "gain λ, s⁻¹"), ("gain", "gain"), ("valve_2", "valve_2"), ("a$b", r"a\$b"),
+    ],
+)  # fmt: skip
+def test_a_parameter_is_called_by_its_letter_on_an_axis(name, label):
+    assert lettered(name) == label

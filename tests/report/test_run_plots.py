@@ -83,7 +83,7 @@ def lines(figure, title: str) -> dict[str, np.ndarray]:
 def test_the_figure_shows_the_run_s_own_numbers(runs):
     run = runs["slide"]
     figure = run_figure(run)
-    error = lines(figure, "norm of the image error")
+    error = lines(figure, "image error")
     np.testing.assert_allclose(error["true, s − s*"][1], np.sqrt((run.error**2).sum(axis=1)))
     seen = np.sqrt((run.measured_error**2).sum(axis=1))
     np.testing.assert_allclose(error["as the law was shown"][1], seen, atol=1e-12)
@@ -143,6 +143,22 @@ def test_the_caption_says_what_to_notice(runs):
     assert "mm from its reference" in words["still"]
     assert words["diverged"] == runs["diverged"].status.sentence
     assert "2 of 4 points" in words["hidden"]
+
+
+def test_no_line_of_the_caption_is_a_word_or_begins_with_a_unit(run):
+    caption = run_figure(run).get_supxlabel().split("\n")
+    longest = max(map(len, caption))
+    assert len(caption) == 1 or min(map(len, caption)) > longest / 2
+    assert not any(re.match(r"(mm|px|s|m|mrad|°)\b", line) for line in caption)
+
+
+def test_the_joints_of_a_gantry_are_drawn_in_their_range(runs):
+    ranges = {"carrier": "gantry", "joints": (0, 0, 0.2, 0, 0.5, 0), "duration": 1.0}
+    run = simulate(runs["slide"].scenario.with_(**ranges))
+    drawn = lines(run_figure(run), "joints of the gantry")
+    reach = 0.4601 + 0.5001  # m, of the third slide
+    np.testing.assert_allclose(drawn["3, slide"][1], 100 * (run.joints[:, 2] + 0.5001) / reach)
+    assert not any("joints" in a.get_title(loc="left") for a in run_figure(runs["slide"]).axes)
 
 
 def test_text_of_a_scenario_is_no_formula(runs):

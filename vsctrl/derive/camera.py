@@ -27,6 +27,9 @@ class Camera(Caching):
     kept exactly as the decimals that they print as, 812.3 as 8123/10. Without arguments pixels from
     the principal point, as in eq. 15.
     Errors: `InputError` for a focal length of 0 and for what is no number or expression.
+
+    >>> vs.derive.Point(vs.derive.Camera(focal=(600, 600))).expressions
+    (600*x/z, 600*y/z)
     """
 
     focal: tuple[Expr, Expr] = (F_x, F_y)

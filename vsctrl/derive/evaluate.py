@@ -36,6 +36,9 @@ def evaluate(feature: VisualFeature, /, **values: ArrayLike) -> NDArray[np.float
     Errors: `InputError` for missing and unknown names, what is no finite real number, shapes that
     do not broadcast, an argument that must be positive and is not, and places where the feature is
     singular or L not real.
+
+    >>> vs.derive.evaluate(vs.derive.Point(), X=[0.1, 0.2], Y=0.0, z=[0.8, 1.0]).shape
+    (2, 2, 6)
     """
     compiled = _compiled(feature)
     own = [symbol.name for symbol in compiled.arguments]

@@ -25,6 +25,11 @@ class Diagram(Model):
     The first output leads the drawing.
     Errors: `InputError` for two drivers of one signal, an unknown signal, parts that lead nowhere,
     sums that feed each other without a block.
+
+    >>> from vsctrl.symbols import s
+    >>> parts = [vs.Sum("e = r - y"), vs.Block("integrator", 1 / s, "e -> y")]
+    >>> vs.Diagram(parts, inputs=["r"], outputs=["y"]).transfer("r", "y")
+    1/(s + 1)
     """
 
     def block(self, name: str, wiring: str) -> Subdiagram:

@@ -40,6 +40,10 @@ class Loop(Caching):
     `digital` by the method named there, as `System.sampled` has it. Times are shown in `time_unit`;
     `units` and `meanings` say of parameters in which unit a file has them and what they are.
     Errors: one `InputError` that lists everything for which the loop cannot be computed.
+
+    >>> loop = vs.Loop(vs.figure1, {"lam": 2.5, "tau": 0.08, "ell": 1, "ell_hat": 1, "k_ff": 1})
+    >>> loop.with_(lam=5).open.margins().stable
+    True
     """
 
     diagram: Diagram

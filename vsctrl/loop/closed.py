@@ -24,6 +24,9 @@ def pole(branch: int = 0) -> sp.Expr:
 
     Branches 0 and −1 are the dominant pair, 1 and −2 the next one, and so on. Errors: `InputError`
     for a branch that is no integer.
+
+    >>> vs.loop.pole(0)
+    LambertW(-kappa*lambda*tau)/tau
     """
     if isinstance(branch, bool) or not isinstance(branch, int | sp.Integer):
         raise InputError(
@@ -45,6 +48,9 @@ def step_response(delays: int) -> sp.Expr:
     of 1/(1 + L), term by term. To look at, or to evaluate with many digits: in floats it is wrong
     by 6e-7 at t = 125 τ where κλτ = 0.2, and `system[a, b].response` is not.
     Errors: `InputError` for a number of delays that is none.
+
+    >>> vs.loop.step_response(1)
+    k_ff*kappa + kappa*lambda*t
     """
     return _step_response(_count("step_response: delays", delays))
 
@@ -74,6 +80,9 @@ def sampled_sine_error(placement: Placement = "measurement") -> sp.Expr:
     front for a late actuator; the feed-forward is the true derivative at the sample. The continuous
     `tracking_error` misses the delay of Tₛ/2 that holding adds. Errors: `InputError` for an unknown
     placement.
+
+    >>> type(vs.loop.sampled_sine_error()).__name__
+    'Add'
     """
     check_placement(placement)
     return _sampled_sine_error(placement)
@@ -107,6 +116,9 @@ def pade_gain_limit(order: int) -> sp.Expr:
     The truth is π/2; the model says 2, √21 − 3, … at order 1, 2, …. The model is an all-pass
     N(−s)/N(s), N(s) = Σ C(n, k) (2n − k)!/(2n)! sᵏ, so |L| = 1 at ωτ = x, where it has to turn by
     π/2: Re N(jx) = Im N(jx), the least such x. Errors: `InputError` for an order below 1.
+
+    >>> vs.loop.pade_gain_limit(1), vs.loop.pade_gain_limit(2)
+    (2, -3 + sqrt(21))
     """
     return _pade_gain_limit(_count("pade_gain_limit: order", order))
 

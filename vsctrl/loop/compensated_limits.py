@@ -34,6 +34,9 @@ def smith_gain_limit(tau: float, tau_hat: float, kappa: float = 1.0) -> float:
     relative. Above the limit some gains may be stable again. Errors: `InputError` for a negative
     delay or κ not above 0; `LimitError`, with the gain up to which all is stable, where the
     mismatch is so small (2e-6 of the delay) that the search would not end.
+
+    >>> print(round(vs.loop.smith_gain_limit(tau=0.08, tau_hat=0.12), 3))
+    39.27
     """
     delay, model = check.delay("tau", tau), check.delay("tau_hat", tau_hat)
     ratio = check.positive("kappa", kappa)
@@ -116,6 +119,9 @@ def pi_gain_limit(tau: float, T_i: float, kappa: float = 1.0) -> float:
     λ_max = ω²Tᵢ/(κ√(1 + ω²Tᵢ²)) = ω sin(ωτ)/κ where atan(ωTᵢ) = ωτ, 0 < ωτ < π/2; 0 (no gain is
     stable) for Tᵢ ≤ τ, infinity for τ = 0; π/(2κτ) as Tᵢ grows. τ and Tᵢ in s, κ = ℓ/ℓ̂.
     Errors: `InputError` for a negative delay, or Tᵢ or κ not above 0.
+
+    >>> print(round(vs.loop.pi_gain_limit(tau=0.08, T_i=1.6), 3))
+    19.219
     """
     delay, integral = check.delay("tau", tau), check.positive("T_i", T_i)
     ratio = check.positive("kappa", kappa)

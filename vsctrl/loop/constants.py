@@ -27,6 +27,9 @@ class ErrorConstants(Numbers):
 
     With unit feedback a step leaves 1/(1 + K_p) of itself, a ramp 1/K_v and a parabola 1/K_a per
     unit. Units: 1, s⁻¹, s⁻².
+
+    >>> vs.loop.error_constants(vs.figure1, "S_meas").type
+    1
     """
 
     type: int  #: integrators in L; negative where L is 0 at s = 0
@@ -42,6 +45,9 @@ def error_constants(diagram: Diagram, signal: str, **values: float | sp.Expr) ->
     L is minus the transfer function from the cut to the signal, so that 1 + L is the return
     difference. `values` as for `steady_error`. Errors: `InputError` where no loop runs through the
     signal, for an unknown signal or parameter and for values that cannot be.
+
+    >>> vs.loop.error_constants(vs.figure1, "S_meas").velocity
+    kappa*lambda
     """
     substitution = known("error_constants", diagram, values)
     opened = diagram.open(signal)
@@ -69,6 +75,10 @@ def error_sensitivities(
     values are put in after the derivative is taken. Of a sine E is complex, and so are they.
     Errors: as `steady_error`, and `InputError` for an error that is infinite, or that is 0 whatever
     the parameters are where relative ones are asked for.
+
+    >>> from vsctrl.symbols import v
+    >>> sorted(vs.loop.error_sensitivities(vs.figure1, vs.Ramp(v)))
+    ['k_ff', 'kappa', 'lam', 'tau']
     """
     where = {name: value for name, value in options.items() if name in _WHERE}
     rest = {name: value for name, value in options.items() if name not in _WHERE}

@@ -56,6 +56,9 @@ def gain_for(*, tau: float, kappa: float = 1.0, **criterion: float) -> float:
     Errors: `InputError` for no, an unknown or several criteria, and for values that cannot be; with
     τ = 0 no gain is the largest. Source: Åström & Hägglund, Advanced PID Control (2006), ch. 4, for
     Ms; the rest from the loop transfer function κλe^{−τs}/s.
+
+    >>> print(round(vs.loop.gain_for(peak_sensitivity=1.4, tau=0.08), 3))
+    4.658
     """
     delay, ratio = _loop("gain_for", tau, kappa)
     if len(criterion) != 1:
@@ -79,6 +82,9 @@ def least_error_gain(tau: float, kappa: float = 1.0) -> float:
 
     That is x = 0.739085, for a latency τ (s) above 0 and κ = ℓ/ℓ̂, without feed-forward.
     Errors: `InputError` for values that cannot be.
+
+    >>> print(round(vs.loop.least_error_gain(0.08), 3))
+    9.239
     """
     delay, ratio = _loop("least_error_gain", tau, kappa)
     return _least_error() / (ratio * delay)
@@ -90,6 +96,10 @@ def squared_error(lam: Any = lam, tau: Any = tau, kappa: Any = kappa) -> sp.Expr
 
     It holds where the loop is stable, x < π/2. Numbers (λ in s⁻¹, τ in s) or symbols; a float
     where nothing symbolic is left. Errors: `InputError` for values that cannot be.
+
+    >>> from vsctrl.symbols import kappa, lam, tau
+    >>> print(vs.loop.squared_error().subs({kappa: 1, lam: 2, tau: 0.25}).round(4))
+    0.1714
     """
     arguments = {"lam": lam, "tau": tau, "kappa": kappa}
     known = {

@@ -22,6 +22,9 @@ def diagram(placement: Placement = "measurement") -> Diagram:
     `measurement`: the vision system is late (S_meas = e^{−τs} S); `aligned`: so is the reference
     that it is compared with, by the same τ; `actuator`: the velocity is applied late instead.
     Input S_ref, output S. Parameters: lam (s⁻¹), k_ff, ell, ell_hat, tau (s).
+
+    >>> vs.loop.diagram("actuator").outputs
+    ('S',)
     """
     check_placement(placement)
     delay = sp.exp(-tau * s)

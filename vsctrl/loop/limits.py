@@ -26,7 +26,11 @@ MOST_PERIODS = 1e12  #: in a delay; of more it cannot be told whether their numb
 
 @keywords
 def per_sample(gain: float, period: float) -> float:
-    """The gain λ in s⁻¹ of a gain given per video sample, λ = gain/Tₛ (`period` in s)."""
+    """The gain λ in s⁻¹ of a gain given per video sample, λ = gain/Tₛ (`period` in s).
+
+    >>> vs.per_sample(0.1, period=0.04)
+    2.5
+    """
     number, seconds = (
         check.positive(f"per_sample: {name}", value)
         for name, value in (("gain", gain), ("period", period))
@@ -47,6 +51,11 @@ def gain_limit(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> sp.
     is left in the place of π/2, so that λ|μ|τ < π/2 − |arg μ| is stable, and sampled
     λ|μ|Tₛ < 2 sin((π/2 − |arg μ|)/(2d + 1)); 0 where nothing is left.
     Errors: `InputError` for a negative delay, and a period or κ not above 0.
+
+    >>> print(round(vs.loop.gain_limit(tau=0.08), 3))
+    19.635
+    >>> print(round(vs.loop.gain_limit(tau=0.08, period=0.04), 3))
+    15.451
     """
     angle, unstable = 0.0, False
     if isinstance(kappa, complex):
@@ -73,6 +82,9 @@ def fastest_gain(tau: Any = tau, *, period: Any = None, kappa: Any = kappa) -> s
     """The largest gain λ (s⁻¹) whose dominant mode does not oscillate: a double real root.
 
     λ = 1/(eκτ) in continuous time, κλTₛ = dᵈ/(d + 1)ᵈ⁺¹ sampled. Arguments as for `gain_limit`.
+
+    >>> print(round(vs.loop.fastest_gain(tau=0.08), 3))
+    4.598
     """
     between = fractional_delay.double_root
     return _value(_continuous_double_root, _sampled_double_root, between, tau, period, kappa)

@@ -45,6 +45,11 @@ def steady_lag(diagram: Diagram, M: Any, twist: Any, **values: Any) -> Any:
     column. It holds where the loop is stable, see `matrix_gain_limit`.
     Errors: `InputError` for shapes that do not match, a singular M, and a diagram whose error is no
     function of κ = ℓ/ℓ̂.
+
+    >>> M = vs.loop.depth_error_matrix(1.1)
+    >>> lag = vs.loop.steady_lag(vs.figure1, M, [0.04, 0, 0, 0, 0, 0], lam=2.5, tau=0.08, k_ff=1)
+    >>> print(1e3 * lag.round(7)[0])
+    4.6545
     """
     if "kappa" in values:
         raise InputError("steady_lag: kappa is the matrix M here; leave it out.")
@@ -83,6 +88,10 @@ def matrix_gain_limit(M: ArrayLike, tau: float, period: float | None = None) -> 
     over `period` λ|μ|Tₛ = 2 sin((π/2 − |arg μ|)/(2d + 1)); 0 where an eigenvalue is not in the
     right half-plane, since then no gain is stable. τ and Tₛ in s.
     Errors: `InputError` for what is no square matrix of numbers, and as `gain_limit`.
+
+    >>> M = vs.loop.depth_error_matrix(2.0)
+    >>> print(round(vs.loop.matrix_gain_limit(M, tau=0.08), 3))
+    9.817
     """
     delay = check.delay("matrix_gain_limit: tau", tau)
     held = None if period is None else check.positive("matrix_gain_limit: period", period)
@@ -106,6 +115,12 @@ def calibration_matrix(
     Errors: `InputError` where there is no such N, or more than one, for a feature that is not
     rational in its arguments, for symbols that are no arguments of it, and for what is believed
     where that leaves no finite L̂ or no M.
+
+    >>> import sympy as sp
+    >>> from vsctrl.symbols import z
+    >>> rho = sp.Symbol("rho", positive=True)
+    >>> vs.loop.calibration_matrix(vs.derive.Point(), {z: rho * z}, common=[z])[0, 0]
+    rho
     """
     from vsctrl.derive import interaction_matrix
 
@@ -141,6 +156,9 @@ def depth_error_matrix(rho: Any = _RHO) -> Any:
     Exact for any depths and any three points or more that see all six directions: translations are
     answered ρ times as strongly, rotations as they should be. A NumPy array for a number ρ, else a
     SymPy matrix. Errors: `InputError` for ρ not above 0.
+
+    >>> print(vs.loop.depth_error_matrix(1.1).diagonal())
+    [1.1 1.1 1.1 1.  1.  1. ]
     """
     return _put_in(_depth_error(), {"rho": (_RHO, rho)}, "depth_error_matrix")
 
@@ -155,6 +173,9 @@ def focal_error_matrix(phi: Any = _PHI, depth: Any = z) -> Any:
     columns of translation and of Ωz hold at any depths. With wrong depths too M is
     ``depth_error_matrix(rho) @ focal_error_matrix(phi, depth)``.
     A NumPy array for numbers, else a SymPy matrix. Errors: `InputError` for values not above 0.
+
+    >>> print(vs.loop.focal_error_matrix(1.1, 0.8).shape)
+    (6, 6)
     """
     arguments = {"phi": (_PHI, phi), "depth": (z, depth)}
     return _put_in(_focal_error(), arguments, "focal_error_matrix")

@@ -54,6 +54,10 @@ def steady_error(
     ell_hat in the diagram κ = ℓ/ℓ̂ stands for ell.
     Errors: `InputError` for a signal without a steady error, an unknown name, a value that cannot
     be, and a rate or a frequency that is a pole.
+
+    >>> from vsctrl.symbols import v
+    >>> vs.loop.steady_error(vs.figure1, vs.Ramp(v), kappa=1, k_ff=1)
+    tau*v
     """
     transfer, series = _error(diagram, output, reference, source)
     substitution = known("steady_error", diagram, values)
@@ -76,6 +80,9 @@ def error_transfer(
     """(output − reference)/source as a function of s, with κ for ℓ/ℓ̂, delays exact.
 
     Arguments as for `steady_error`. Errors: `InputError` for an unknown signal.
+
+    >>> vs.loop.error_transfer(vs.loop.diagram("aligned"))
+    s*(k_ff*kappa - 1)/(kappa*lambda*exp(-s*tau) + s)
     """
     return _error(diagram, output, reference, source)[0]
 
@@ -86,6 +93,10 @@ def amplitude_and_phase(ratio: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 
     The error to A sin ωt is then |E| sin(ωt + φ), with φ in (−π, π], and 0 where the amplitude is
     0. Errors: `InputError` for what is no finite expression.
+
+    >>> from sympy import I
+    >>> vs.loop.amplitude_and_phase(1 + I)
+    (sqrt(2), pi/4)
     """
     if not isinstance(ratio, sp.Expr | int | float | complex) or isinstance(ratio, bool):
         raise InputError(f"amplitude_and_phase: {check.quoted(ratio)} is no expression; {_RATIO}.")

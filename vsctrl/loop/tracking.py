@@ -20,7 +20,11 @@ from vsctrl.symbols import k_ff, lam, tau
 
 @keywords
 def tracking_transfer(placement: Placement = "measurement") -> sp.Expr:
-    """E(s)/S*(s) of the true error E = S − S*, with κ = ℓ/ℓ̂, delays exact."""
+    """E(s)/S*(s) of the true error E = S − S*, with κ = ℓ/ℓ̂, delays exact.
+
+    >>> vs.loop.tracking_transfer("aligned")
+    s*(k_ff*kappa - 1)/(kappa*lambda*exp(-s*tau) + s)
+    """
     check_placement(placement)
     return error_transfer(diagram(placement))
 
@@ -35,6 +39,10 @@ def tracking_error(signal: Signal, placement: Placement = "measurement", **value
     symbols, are put in; with ``output="S_meas"`` it is the error that the law sees.
     Errors: `InputError` for a signal that has no steady error, such as a pulse, and for values that
     cannot be.
+
+    >>> from vsctrl.symbols import v
+    >>> vs.loop.tracking_error(vs.Ramp(v), kappa=1, k_ff=1)
+    tau*v
     """
     check_placement(placement)
     return steady_error(diagram(placement), signal, **values)
@@ -46,6 +54,9 @@ def nulling_feedforward(placement: Placement = "measurement", **values: float | 
 
     `values` (lam, tau, kappa) are put in; symbols stay where they are left out. Errors:
     `InputError` for values that cannot be.
+
+    >>> vs.loop.nulling_feedforward(kappa=1)
+    -lambda*tau + 1
     """
     check_placement(placement)
     if "k_ff" in values:
@@ -63,6 +74,9 @@ def harmful_feedforward_gain(**values: float | sp.Expr) -> sp.Expr:
     latency it never does up to k_ff κ = 2 (infinity), and beyond at every gain (minus infinity).
     `values` (tau, kappa, k_ff) are put in; symbols stay where they are left out. Errors:
     `InputError` for values that cannot be.
+
+    >>> vs.loop.harmful_feedforward_gain(kappa=1)
+    -(k_ff - 2)/(2*tau)
     """
     if "lam" in values:
         raise InputError("harmful_feedforward_gain: 'lam' is what is asked for; leave it out.")

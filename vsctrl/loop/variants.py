@@ -26,6 +26,9 @@ def preview(placement: Placement = "measurement") -> Diagram:
     On a ramp of slope v the error is that of figure 1 plus vh: it buys back a lag, exactly at
     h = (1 − k_ff κ)/(κλ) − τ, with the poles where they were. It costs a lead of vh where nothing
     lagged, and a start h early that a step shows as an error before the step.
+
+    >>> vs.loop.preview().inputs
+    ('S_ref',)
     """
     check_placement(placement)
     return _preview(placement)
@@ -37,6 +40,9 @@ def nulling_preview(placement: Placement = "measurement", **values: float | sp.E
 
     Negative where the reference is to wait. `values` (lam, tau, kappa, k_ff) are put in; symbols
     stay where they are left out. Errors: `InputError` for values that cannot be.
+
+    >>> vs.loop.nulling_preview(kappa=1, k_ff=0)
+    -tau + 1/lambda
     """
     check_placement(placement)
     return _nulling_preview(placement).xreplace(
@@ -53,6 +59,9 @@ def previewed_feedforward() -> Diagram:
     reference, since what is applied late was asked for early: the dual of alignment, which does
     this for a late measurement. It costs knowing S* and its slope τ ahead, and a mismatch
     δ = h − τ costs the parabola error aδ/(κλ); the poles stay.
+
+    >>> vs.loop.previewed_feedforward().outputs
+    ('S', 'S_star')
     """
     edited = _edited(
         diagram("actuator"),
@@ -74,6 +83,10 @@ def smith() -> Diagram:
     costs a hidden pole at 0: the model integrates, so its rounding or bias does not decay unless
     it is computed as a sum over the last τ̂ seconds. The error on a ramp of slope v is
     v[τ − τ̂/κ − (1 − k_ff κ)/(κλ)]. Source: Smith, Chem. Eng. Prog. 53 (1957) 217–219.
+
+    >>> from vsctrl.symbols import v
+    >>> vs.loop.steady_error(vs.loop.smith(), vs.Ramp(v), kappa=1, k_ff=1)
+    v*(tau - tauhat)
     """
     edited = _edited(
         diagram(),
@@ -92,6 +105,9 @@ def pi(placement: Placement = "measurement") -> Diagram:
     ramp, whatever κ and k_ff: the true error is 0 with the latency in the actuator or aligned, but
     vτ with a late measurement, where the law is satisfied and wrong. It costs stability: Tᵢ > τ,
     a gain below `pi_gain_limit`, which is less than without, and overshoot after every step.
+
+    >>> vs.loop.pi().outputs
+    ('S',)
     """
     check_placement(placement)
     return _pi(placement)

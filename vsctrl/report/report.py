@@ -49,6 +49,10 @@ class Report:
     """A page that results are added to, ``vs.Report("two gains").add(slow).add(fast).write()``.
 
     `title`: of the page; left out it is made of what is on it.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> chart = loop.stability_chart(lam=(1, 25), tau=(0.02, 0.2), grid=(6, 4))
+    >>> report = vs.Report("a chart").add(chart)
     """
 
     def __init__(self, title: str | None = None) -> None:
@@ -133,6 +137,12 @@ def write_report(
     report in it is replaced.
     Errors: `InputError` for what cannot be reported, a folder that cannot be written to, or one
     that holds another file of the same name.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> from tempfile import mkdtemp
+    >>> chart = loop.stability_chart(lam=(1, 25), tau=(0.02, 0.2), grid=(6, 4))
+    >>> vs.write_report(chart, out=mkdtemp()).page.name
+    'index.html'
     """
     named = list(x.items()) if isinstance(x, dict) else None
     several = [(None, each) for each in x] if isinstance(x, list | tuple) else named

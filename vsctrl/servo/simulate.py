@@ -46,6 +46,9 @@ def simulate(scenario: GivenScenario) -> Run:
     as ``oTc · exp(T Tₛ)``, where robot and latency leave it so. Returns a Run with the frames 0..N,
     or fewer after a failure, whose status says why and what helps (``diagnosis``).
     Raises InputError for what is no Scenario.
+
+    >>> vs.simulate(vs.paper.sliding()).status.ok
+    True
     """
     scenario = as_scenario(scenario)
     return simulated(scenario, explain=True)

@@ -19,6 +19,10 @@ class LoopReport:
     """A scenario's stability, its validated tracking errors, and its runs with and without k_ff.
 
     All are of what that theory knows of it (`Scenario.ideal`).
+
+    >>> found = vs.study.examine(vs.paper.sliding())
+    >>> found.comparison.agrees
+    True
     """
 
     scenario: Scenario
@@ -47,6 +51,10 @@ def examine(
     Where `validate` has nothing to compare, as with a reference that is held, the comparison is
     empty and its note says why. Errors: `InputError` as `stability`, and for a screw without any
     twist, which is more likely a slip of the pen than a wish to hold.
+
+    >>> found = vs.study.examine(vs.paper.sliding())
+    >>> found.with_feedforward.status.ok
+    True
     """
     scenario = as_scenario(scenario)
     progress("margins and limits")

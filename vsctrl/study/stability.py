@@ -98,6 +98,10 @@ class Stability:
     Margins, limits and poles are those of the direction that is unstable first, whose κ is `ratio`:
     a wrong depth acts on translations alone, and a wrong focal length on both. Time responses and
     errors are those along the motion, by `motion` with κ = `ratio_along_motion`.
+
+    >>> found = vs.study.examine(vs.paper.sliding())
+    >>> found.stability.margins.stable
+    True
     """
 
     scenario: Scenario

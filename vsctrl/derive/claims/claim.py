@@ -78,6 +78,9 @@ class Proof:
     ``holds``: it confirms the status of its claim. ``found``: the status that it finds, None where
     it settles none. ``residual``: 0, or where and by how much the printed form fails, or what the
     readings come to. ``explanation``: the derivation in words.
+
+    >>> vs.derive.ledger()[0].prove().holds
+    True
     """
 
     holds: bool
@@ -99,6 +102,10 @@ class Claim:
     one is proved), "conditional" (it holds under a condition) or "ambiguous" (readings of the print
     differ); ``correction``: corrected form, condition or choice, empty where the statement holds;
     ``explanation``: the derivation in words; ``evidence``: the derivation itself.
+
+    >>> claim = vs.derive.ledger()[0]
+    >>> claim.equation, claim.status
+    ('abstract', 'holds')
     """
 
     equation: str

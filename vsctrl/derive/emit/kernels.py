@@ -69,6 +69,10 @@ def emit(feature: VisualFeature, language: str = "numpy") -> str:
     math.h only. "latex": a bmatrix. "mathml": a ``<math>`` element. Columns Vx Vy Vz Ωx Ωy Ωz, in
     the unit of s per m/s and per rad/s; the text runs by itself. Source: eq. 3.
     Errors: `InputError` for a language that is not known, and for an L that it has no words for.
+
+    >>> source = vs.derive.emit(vs.derive.Depth(), "numpy")
+    >>> "def " in source
+    True
     """
     if not isinstance(language, str) or language not in LANGUAGES:
         known = ", ".join(repr(name) for name in LANGUAGES)
@@ -86,6 +90,9 @@ def emit_servo_kernels() -> str:
     The image point, (..., 2), and its L, (..., 2, 6); polar points, segments, lines and the depth
     likewise; six moments of a point set and their gradient by one of its points, (..., 6, 2).
     Source: eq. 15 and the kinematic equation above eq. 11.
+
+    >>> vs.derive.emit_servo_kernels().splitlines()[0].strip('"')
+    'Image features and their interaction matrices, batched.'
     """
     point, polar, line = Point(PIXELS), PolarPoint(PIXELS), Line(camera=PIXELS)
     segment, normalised = Segment(PIXELS), Segment(PIXELS, normalised=True)

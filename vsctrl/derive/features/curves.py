@@ -58,6 +58,11 @@ class Primitive(Caching):
     ``interaction``, when the camera's motion takes the curve out of its family.
     Source: Espiau, Chaumette and Rives, A new approach to visual servoing in robotics, IEEE
     Trans. Robotics and Automation 8 (1992) 313-326.
+
+    >>> import sympy as sp
+    >>> X, Y, c = sp.symbols("X Y c", real=True)
+    >>> vs.derive.Primitive("height", Y - c, (c,)).shape
+    (c,)
     """
 
     name: str
@@ -202,6 +207,9 @@ def Line(camera: Camera = NORMALISED, plane: Plane = PLANE) -> Primitive:
     (ρ, θ) and (−ρ, θ + π) are one line; follow θ without jumps. ρ = 0, a line through the origin,
     is not singular. Any plane through the line will do, but none through the camera's centre.
     Source: ViSP's vpFeatureLine, whose plane is A x + B y + C z + D = 0: ours times −1/D.
+
+    >>> vs.derive.Line().shape
+    (rho, theta)
     """
     equation = X * cos(theta) + Y * sin(theta) - rho
     return Primitive("line", equation, (rho, theta), plane, camera=camera)
@@ -214,6 +222,9 @@ def Ellipse(camera: Camera = NORMALISED, plane: Plane = PLANE) -> Primitive:
     (p − g)ᵀ N⁻¹ (p − g) = 4. For a sphere the plane is that of its outline, see ``outlines``.
     Singular where n_20 n_02 = n_11²: a region seen edge-on. A circle in the image is not singular.
     Source: ViSP's vpFeatureEllipse since 3.4; before, its μ_ij were 4 n_ij.
+
+    >>> vs.derive.Ellipse().shape
+    (x_g, y_g, n_20, n_11, n_02)
     """
     u, v = X - x_g, Y - y_g
     equation = n_02 * u**2 + n_20 * v**2 - 2 * n_11 * u * v + 4 * (n_11**2 - n_20 * n_02)

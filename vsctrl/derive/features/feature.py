@@ -40,6 +40,13 @@ class Feature(Caching):
     no expression, a symbol is undeclared, an expression is not finite or not differentiable, or
     measures and places do not belong together. At a kink, as of |x| at 0, L is not finite.
     Source: s of eq. 1 and 15.
+
+    >>> import sympy as sp
+    >>> x, y = sp.symbols("x y", real=True)
+    >>> z = sp.Symbol("z", positive=True)
+    >>> ratio = vs.derive.Feature("ratio", (x / z,), points=((x, y, z),))
+    >>> vs.derive.interaction_matrix(ratio)
+    Matrix([[-1/z, 0, x/z**2, x*y/z**2, -x**2/z**2 - 1, y/z]])
     """
 
     name: str

@@ -38,6 +38,9 @@ def m(i: int, j: int) -> Symbol:
     """The raw moment m_ij = ∬ X^i Y^j dX dY, or Σ X^i Y^j of a point set.
 
     Errors: `InputError` unless i and j are integers ≥ 0 and i + j ≤ 24.
+
+    >>> vs.derive.m(1, 0)
+    m_10
     """
     return _symbol("m", i, j)
 
@@ -46,6 +49,9 @@ def mu(i: int, j: int) -> Symbol:
     """The centred moment μ_ij = ∬ (X − x_g)^i (Y − y_g)^j dX dY, or the same sum.
 
     Errors: as ``m``.
+
+    >>> vs.derive.mu(2, 0)
+    mu_20
     """
     return _symbol("mu", i, j)
 
@@ -64,6 +70,9 @@ class Moments(Caching):
     Errors: `InputError` for symbols that are undeclared or mean two things, a feature that no
     motion changes, an expression that is not finite or not differentiable, and a lens that
     distorts.
+
+    >>> vs.derive.Moments("two", (vs.derive.m(1, 0), vs.derive.m(0, 1))).expressions
+    (m_10, m_01)
     """
 
     name: str
@@ -206,6 +215,9 @@ def Moment(
 
     Errors: `InputError` unless i and j are integers ≥ 0 with i + j ≤ 24, for m_00 of a point set,
     and for a lens that distorts. Source: ViSP's vpFeatureMomentBasic.
+
+    >>> vs.derive.Moment(1, 0).expressions
+    (m_10,)
     """
     return Moments(m(i, j).name, (m(i, j),), dense, camera, plane)
 
@@ -216,6 +228,9 @@ def CentredMoment(
     """The centred moment μ_ij, i + j ≥ 2, in a (or m_00), x_g, y_g and μ_ij.
 
     Errors: as ``Moment``, and for μ_10 and μ_01, which are 0. Source: vpFeatureMomentCentered.
+
+    >>> vs.derive.CentredMoment(2, 0).expressions
+    (mu_20,)
     """
     return Moments(mu(i, j).name, (mu(i, j),), dense, camera, plane)
 
@@ -225,6 +240,9 @@ def Area(dense: bool = True, camera: Camera = NORMALISED, plane: Plane = PLANE) 
 
     Arguments of a region: a, x_g, y_g. Far away a row is near 0; the area in ``NormalisedMoments``
     is not. Source: vpFeatureMomentArea, where a of a point set is the number of points.
+
+    >>> vs.derive.interaction_matrix(vs.derive.Area())[2]
+    a*(3*A*x_g + 3*B*y_g + 2*C)
     """
     return Moments("area", (a,), dense, camera, plane)
 
@@ -234,6 +252,9 @@ def GravityCentre(dense: bool = True, camera: Camera = NORMALISED, plane: Plane 
 
     Nowhere singular while the object is in front of the camera and a > 0. Source:
     vpFeatureMomentGravityCenter.
+
+    >>> vs.derive.GravityCentre().expressions
+    (x_g, y_g)
     """
     return Moments("gravity_centre", (x_g, y_g), dense, camera, plane)
 
@@ -247,6 +268,9 @@ def NormalisedMoments(
     set. Facing the object in a normalised image, a_n = 1/C is its depth and the columns of V are
     −I₃. L is written in a_n, x_g, y_g and n_ij; a* and Z* drop out. Singular at a = 0.
     Source: vpFeatureMomentGravityCenterNormalized and vpFeatureMomentAreaNormalized.
+
+    >>> len(vs.derive.NormalisedMoments().expressions)
+    3
     """
     area = Z_star * sqrt(a_star / a)
     return Moments(
@@ -266,6 +290,9 @@ def Orientation(dense: bool = True, camera: Camera = NORMALISED, plane: Plane = 
     In x_g, y_g and n_ij, of which only ratios count. Singular at μ_20 = μ_02, μ_11 = 0, where no
     axis is the long one, as of a circle or a square, and L grows as 1/((n_20 − n_02)² + 4 n_11²)
     near it. In e, take α − α* into (−π/2, π/2]. Source: vpFeatureMomentAlpha.
+
+    >>> vs.derive.Orientation().expressions
+    (atan2(2*mu_11, -mu_02 + mu_20)/2,)
     """
     alpha = atan2(2 * mu(1, 1), mu(2, 0) - mu(0, 2)) / 2
     return Moments("orientation", (alpha,), dense, camera, plane)

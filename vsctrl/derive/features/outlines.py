@@ -45,6 +45,9 @@ def SeenLine(camera: Camera = NORMALISED) -> Outline:
     Singular where the line goes through the centre of the camera, n = 0, or is parallel to the
     image plane and as high as the centre, n_x = n_y = 0.
     Errors: `InputError` for a lens that distorts.
+
+    >>> len(vs.derive.SeenLine().expressions)
+    2
     """
     # x_n = K⁻¹ (X, Y, 1): a line n in normalised coordinates is K⁻ᵀ n in reported ones.
     a, b, c = _matrix(camera).inv().T * _P.cross(_D)
@@ -64,6 +67,9 @@ def SeenEllipse(camera: Camera = NORMALISED) -> Outline:
     of its plane is d × e. D = d dᵀ + e eᵀ − p pᵀ. Arguments: p, d, e, the camera's. Singular where
     the camera is in the plane, and no ellipse unless all of it is in front.
     Errors: `InputError` for a lens that distorts.
+
+    >>> len(vs.derive.SeenEllipse().expressions)
+    5
     """
     dual = _D * _D.T + _E * _E.T - _P * _P.T
     return _outline("seen_ellipse", dual, camera, directions=(_D, _E))
@@ -74,6 +80,9 @@ def SeenCircle(camera: Camera = NORMALISED) -> Outline:
 
     D = R² (I − n nᵀ) − p pᵀ. Arguments: p, n, R, the camera's. Singular and errors as
     ``SeenEllipse``.
+
+    >>> len(vs.derive.SeenCircle().expressions)
+    5
     """
     dual = R**2 * (eye(3) - _N * _N.T) - _P * _P.T
     return _outline("seen_circle", dual, camera, directions=(_N,), parameters=(R,))
@@ -85,6 +94,9 @@ def SeenSphere(camera: Camera = NORMALISED) -> Outline:
     D = R² I − p pᵀ. Arguments: p, R, the camera's; ``points.Sphere`` is the same s with L in the
     centre of the ellipse and z. Its outline is a circle in ``sphere_plane``.
     Errors: `InputError` for a lens that distorts.
+
+    >>> len(vs.derive.SeenSphere().expressions)
+    5
     """
     return _outline("seen_sphere", R**2 * eye(3) - _P * _P.T, camera, parameters=(R,))
 

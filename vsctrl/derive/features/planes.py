@@ -28,6 +28,9 @@ def plane_of(point: Vector, normal: Vector) -> Plane:
     with directions d and e in it is d × e; the plane through a line that faces the camera most has
     d × (p × d). A plane through the camera's centre has no (A, B, C).
     Errors: `InputError` when a vector has not three entries, or n · p_0 is 0.
+
+    >>> vs.derive.plane_of((0, 0, 2), (0, 0, 1))
+    (0, 0, 1/2)
     """
     n = vector("normal", normal)
     distance = n.dot(vector("point", point))

@@ -26,6 +26,11 @@ def Point(camera: Camera = NORMALISED) -> Feature:
     Arguments X, Y (image point), z (depth, m) and the camera's parameters; behind a lens that
     distorts, X and Y stand for the undistorted normalised point. Singular at z = 0.
     Source: eq. 15 with ``camera=PIXELS``; ViSP's vpFeaturePoint without.
+
+    >>> vs.derive.interaction_matrix(vs.derive.Point())
+    Matrix([
+    [-1/z,    0, X/z,      X*Y, -X**2 - 1,  Y],
+    [   0, -1/z, Y/z, Y**2 + 1,      -X*Y, -X]])
     """
     return Feature("point", checked_camera(camera).image(x / z, y / z), **_image_point(camera))
 
@@ -37,6 +42,9 @@ def PolarPoint(camera: Camera = NORMALISED) -> Feature:
     image), theta (rad), z (depth, m) and the camera's parameters. The row of θ grows as 1/ρ and is
     singular at ρ = 0, where there is no angle; both rows at z = 0. In e, take θ − θ* into [−π, π].
     Errors: `InputError` for a lens that distorts. Source: ViSP's vpFeaturePointPolar.
+
+    >>> vs.derive.PolarPoint().expressions
+    (sqrt(x**2/z**2 + y**2/z**2), atan2(y/z, x/z))
     """
     checked_camera(camera)
     rho = Symbol("rho", positive=True)
@@ -57,6 +65,12 @@ def Point3D() -> Feature:
     """A point in space, s = (x, y, z) in the camera frame, with L = [−I₃ | p̃].
 
     Arguments x, y, z (m); nowhere singular. Source: ViSP's vpFeaturePoint3D.
+
+    >>> vs.derive.interaction_matrix(vs.derive.Point3D())
+    Matrix([
+    [-1,  0,  0,  0, -z,  y],
+    [ 0, -1,  0,  z,  0, -x],
+    [ 0,  0, -1, -y,  x,  0]])
     """
     return Feature("point_3d", (x, y, z), points=((x, y, z),))
 
@@ -66,6 +80,9 @@ def Depth(camera: Camera = NORMALISED) -> Feature:
 
     Arguments X, Y (image point), z (depth, m) and the camera's parameters, as of ``Point``; nowhere
     singular. Source: third row of ViSP's vpFeaturePoint3D.
+
+    >>> vs.derive.interaction_matrix(vs.derive.Depth())
+    Matrix([[0, 0, -1, -Y*z, X*z, 0]])
     """
     return Feature("depth", (z,), **_image_point(camera))
 
@@ -76,6 +93,9 @@ def LogDepth(camera: Camera = NORMALISED) -> Feature:
     Arguments X, Y (image point), z (depth, m), the camera's parameters and z_star (depth at the
     goal, m), of which L does not depend. Singular at z = 0. With ``Point`` the 2½-D features of a
     point. Source: ViSP's vpFeatureDepth.
+
+    >>> vs.derive.interaction_matrix(vs.derive.LogDepth())
+    Matrix([[0, 0, -1/z, -Y, X, 0]])
     """
     z_star = Symbol("z_star", positive=True)
     seen = _image_point(camera)
@@ -93,6 +113,9 @@ def Segment(camera: Camera = NORMALISED, normalised: bool = False) -> Feature:
     Singular at l = 0, where the row of α grows as 1/l where the depths differ (and x_n, y_n, l_n
     are infinite), and at z_i = 0. In e, take α − α* into [−π, π].
     Errors: `InputError` for a lens that distorts. Source: ViSP's vpFeatureSegment.
+
+    >>> len(vs.derive.Segment().expressions)
+    4
     """
     checked_camera(camera).require_straight()
     first, second = numbered(1), numbered(2)
@@ -131,6 +154,9 @@ def VanishingPoint(camera: Camera = NORMALISED, form: str = "xy") -> Feature:
     X and Y stand for the undistorted normalised point. In e, take α − α* into [−π, π].
     Errors: `InputError` for another form and for a camera with a polar form, which is normalised.
     Source: ViSP's vpFeatureVanishingPoint.
+
+    >>> vs.derive.VanishingPoint().expressions
+    (d_x/d_z, d_y/d_z)
     """
     checked_camera(camera)
     if form in ("1/rho", "atan"):
@@ -163,6 +189,9 @@ def Sphere() -> Feature:
     normalised), z (depth of the sphere's centre, m) and R (radius, m). Singular at z = R, where
     the sphere touches the plane of the camera; of the five only three are independent.
     Source: ViSP's vpFeatureEllipse of a vpSphere; Chaumette, Image moments, 2004.
+
+    >>> len(vs.derive.Sphere().expressions)
+    5
     """
     seen = SeenSphere()
     (radius,) = seen.parameters

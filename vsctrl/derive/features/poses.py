@@ -51,6 +51,9 @@ class PoseFeature(Feature):
     """A feature of a rotation with L, k×6, as ``_theta_u_interaction`` has it, regular at θ = 0.
 
     ``rotation`` says of which. The chain rule over the axes would divide by sin θ.
+
+    >>> isinstance(vs.derive.ThetaU(), vs.derive.PoseFeature)
+    True
     """
 
     rotation: str = "cdRc"
@@ -71,6 +74,10 @@ def ThetaU(rotation: str = "cdRc") -> PoseFeature:
     sin θ its length and cos θ = (tr R − 1)/2; there ds*/dt is singular at θ = 0 and π.
     Errors: `InputError` for another rotation. Source: ViSP's vpFeatureThetaU; Malis, Chaumette and
     Boudet, 2½-D visual servoing, 1999.
+
+    >>> theta_u = vs.derive.ThetaU()
+    >>> vs.derive.evaluate(theta_u, **{a.name: 0.0 for a in theta_u.arguments})[0]
+    array([0., 0., 0., 1., 0., 0.])
     """
     _require("rotation", rotation, _ROTATIONS)
     axes = _axes()
@@ -96,6 +103,9 @@ def Translation(frame: str = "cdtc") -> Feature:
     which the first L does not depend, and for it θu of cdRc, thetau_x, thetau_y, thetau_z (rad), as
     in ``ThetaU``. Nowhere singular.
     Errors: `InputError` for another frame. Source: ViSP's vpFeatureTranslation.
+
+    >>> len(vs.derive.Translation().expressions)
+    3
     """
     _require("frame", frame, _FRAMES)
     if frame != "cdtc":

@@ -22,7 +22,11 @@ _Pairs = tuple[tuple[Symbol, Expr], ...]
 
 @dataclass(frozen=True)
 class FeatureSet(Feature):
-    """A feature whose L is that of its ``parts``, in the measures of all; see ``together``."""
+    """A feature whose L is that of its ``parts``, in the measures of all; see ``together``.
+
+    >>> vs.derive.copies(vs.derive.Point(), 4).parts[0].name
+    'point_1'
+    """
 
     parts: tuple[Feature, ...] = ()
 
@@ -55,6 +59,9 @@ def together(name: str, *features: Feature) -> FeatureSet:
     of the coordinates, parameters.
     Errors: `InputError` for what is no function of points and directions, and where two features
     use one symbol for two things; ``copies`` gives each its own.
+
+    >>> len(vs.derive.together("both", vs.derive.Point(), vs.derive.Depth()).expressions)
+    3
     """
     for feature in features:
         _require_feature(feature)
@@ -84,6 +91,9 @@ def copies(feature: Feature, n: int, own: tuple[Symbol, ...] = ()) -> FeatureSet
     camera, are shared but for those in ``own``, such as the radius of each of n spheres.
     Errors: `InputError` unless n is an integer above 0, as ``together``, and where a numbered name
     is a parameter.
+
+    >>> len(vs.derive.copies(vs.derive.Point(), 4).expressions)
+    8
     """
     if isinstance(n, bool) or not isinstance(n, int) or n < 1:
         raise InputError(f"n = {quoted(n)} copies of a feature must be an integer, 1 or more.")

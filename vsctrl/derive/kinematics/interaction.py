@@ -55,6 +55,11 @@ def interaction_matrix(feature: VisualFeature) -> ImmutableMatrix:
     Rows are in the unit of s per m/s and per rad/s, written in ``feature.arguments``. It is derived
     once for each feature object. Source: eq. 3 (the paper writes Lᵀ for this same matrix).
     Errors: `InputError` for what is no feature.
+
+    >>> vs.derive.interaction_matrix(vs.derive.Point())
+    Matrix([
+    [-1/z,    0, X/z,      X*Y, -X**2 - 1,  Y],
+    [   0, -1/z, Y/z, Y**2 + 1,      -X*Y, -X]])
     """
     if not hasattr(feature, "interaction"):
         raise InputError(

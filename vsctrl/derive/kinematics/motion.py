@@ -43,6 +43,12 @@ def skew(r: Vector) -> ImmutableMatrix:
     """The 3×3 matrix r̃ of the cross product, r̃ p = r × p, for any vector r.
 
     Errors: `InputError` when r has not three entries. Source: definition under eq. 11.
+
+    >>> vs.derive.skew((1, 2, 3))
+    Matrix([
+    [ 0, -3,  2],
+    [ 3,  0, -1],
+    [-2,  1,  0]])
     """
     # Column j of r̃ is r × e_j.
     column = vector("r", r)
@@ -106,6 +112,13 @@ def rotation(r: Vector, theta: Any) -> ImmutableMatrix:
 
     It takes the coordinates of a fixed point into a camera frame that has turned by θ about the
     unit axis r. Errors: `InputError` for an axis that is not of unit length. Source: eq. 13.
+
+    >>> import sympy as sp
+    >>> vs.derive.rotation((0, 0, 1), sp.pi / 2)
+    Matrix([
+    [ 0, 1, 0],
+    [-1, 0, 0],
+    [ 0, 0, 1]])
     """
     angle = scalar("theta", theta)
     turned = _assemble([c.subs(_theta, angle) for c in _exponential()], axis(r))
@@ -120,6 +133,11 @@ def point_motion(p: Vector, V: Vector, omega: Any, r: Vector, t: Any) -> Immutab
     p(t) = exp(−ω r̃ t) p − exp(−ω r̃ t) ∫₀ᵗ exp(ω r̃ τ) dτ V; for ω = 0 it is p − V t exactly.
     Errors: `InputError` for wrong shapes, an axis not of unit length, or a screw that depends on t.
     Source: eq. 12 and 14; eq. 16 for ω = 0.
+
+    >>> import sympy as sp
+    >>> p = sp.symbols("x y z")
+    >>> vs.derive.point_motion(p, (1, 0, 0), 0, (0, 0, 1), 2).T
+    Matrix([[x - 2, y, z]])
     """
     start, velocity = vector("p", p), vector("V", V)
     unit, speed, elapsed, angle = _turn(r, omega, t, V=velocity)
@@ -145,6 +163,10 @@ def rotation_about(p: Vector, d: Vector, omega: Any, r: Vector, t: Any) -> Immut
     V = −ω r̃ d (eq. 17 needs this sign; the paper prints V = ω r̃ d), which makes eq. 14
     p(t) = p + (−sin ωt r̃ + (1 − cos ωt) r̃²)(p − d). Units and errors as in ``point_motion``.
     Source: eq. 17.
+
+    >>> import sympy as sp
+    >>> vs.derive.rotation_about((0, 0, 1), (0, 0, 1), 1, (0, 1, 0), sp.pi).T
+    Matrix([[0, 0, 1]])
     """
     start, arm = vector("p", p), vector("d", d)
     unit, speed, elapsed, angle = _turn(r, omega, t, d=arm)

@@ -40,6 +40,12 @@ class Reference:
     directions: x_0, y_0, z_0 for x, y, z are those in the camera frame at t₀, x_o, y_o, z_o those
     in the frame o of a given pose. ``points`` p*(t) and ``directions`` d*(t) are 3×1 in the camera
     frame (points in m): absolute, never accumulated. ds*/dt = L(s*) T*. Source: eq. 5.
+
+    >>> point = vs.derive.Point()
+    >>> vs.derive.translation_reference(point, V=(1, 0, 0)).s_dot
+    Matrix([
+    [-1/z_0],
+    [     0]])
     """
 
     feature: Feature
@@ -66,6 +72,9 @@ def reference(feature: Feature, *, V: Vector, omega: Any, r: Vector, t: Any = el
     ``point_motion`` says, directions as ``direction_motion``.
     Errors: `InputError` as these do, and for what is no function of points and directions.
     Source: eq. 14 and 15; ω = 0 is eq. 16.
+
+    >>> vs.derive.reference(vs.derive.Depth(), V=(0, 0, 1), omega=0, r=(0, 0, 1)).s
+    Matrix([[-t + z_0]])
     """
 
     def motion(p_0: Coordinates, time: Expr) -> ImmutableMatrix:
@@ -78,6 +87,9 @@ def translation_reference(feature: Feature, *, V: Vector, t: Any = elapsed) -> R
     """The reference along a straight line at V (m/s, camera frame), p*(t) = p(t₀) − V t.
 
     Shapes, units and errors as in ``reference``. Source: eq. 15 and 16.
+
+    >>> vs.derive.translation_reference(vs.derive.Depth(), V=(0, 0, 2)).s_dot
+    Matrix([[-2]])
     """
     # At ω = 0 the axis drops out, so any will do.
     return reference(feature, V=V, omega=0, r=(r_x, r_y, r_z), t=t)
@@ -90,6 +102,11 @@ def rotation_reference(
 
     d is the vector from the camera to the axis, constant in the camera frame, so V = −ω r̃ d.
     Shapes, units and errors as in ``reference``. Source: eq. 15 and 17.
+
+    >>> import sympy as sp
+    >>> omega, depth = sp.Symbol("omega", real=True), vs.derive.Depth()
+    >>> vs.derive.rotation_reference(depth, d=(0, 0, 1), omega=omega, r=(0, 1, 0), t=0).s_dot
+    Matrix([[omega*x_0]])
     """
 
     def motion(p_0: Coordinates, time: Expr) -> ImmutableMatrix:
@@ -109,6 +126,13 @@ def reference_along(feature: Feature, pose: Any, *, t: Symbol = elapsed) -> Refe
     as they are.
     Errors: `InputError` for what is no pose, such as a rotation with RᵀR ≠ I, for one that is not
     smooth in t, and for what is no function of points and directions. Source: eq. 5 and 11.
+
+    >>> import sympy as sp
+    >>> t = sp.Symbol("t", real=True)
+    >>> pose = sp.eye(4)
+    >>> pose[2, 3] = -t
+    >>> vs.derive.reference_along(vs.derive.Depth(), pose, t=t).s_dot
+    Matrix([[1]])
     """
     if not isinstance(t, Symbol):
         raise InputError(

@@ -31,6 +31,9 @@ class Sum:
     """A summing point, ``"e = S_ref - S_meas"``: its output is the signed sum of its inputs.
 
     Errors: `InputError` where the text is no such equation or a signal appears twice.
+
+    >>> vs.Sum("e = r - y").terms
+    ((1, 'r'), (-1, 'y'))
     """
 
     equation: str
@@ -94,6 +97,10 @@ class Block:
     ``"input -> output"``. Time is in seconds, so s is in rad/s.
     Errors: `InputError` for a factor that is neither rational in s nor a constant delay, for a
     prediction ``exp(+τ s)``, or for text in place of an expression.
+
+    >>> from vsctrl.symbols import s
+    >>> vs.Block("lag", 1 / (s + 1), "u -> y").expr
+    1/(s + 1)
     """
 
     name: str

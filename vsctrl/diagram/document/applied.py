@@ -32,6 +32,9 @@ class Applied:
     It begins `at` (s). `size` is the amplitude, of a ramp the slope (1/s), of a parabola the
     acceleration (1/s²). A sine has `omega` (rad/s), an exponential `rate` (1/s), a pulse `width`
     (s). A `Loop` refuses those that are not usable.
+
+    >>> vs.Applied("r", "step", size=2).kind
+    'step'
     """
 
     input: str

@@ -43,7 +43,11 @@ class Power(Primitive):
 
 @dataclass(frozen=True)
 class Step(Power):
-    """u(t) = amplitude."""
+    """u(t) = amplitude.
+
+    >>> (vs.Step() - vs.Step().delayed(1))(np.array([0.5, 1.5]))
+    array([1., 0.])
+    """
 
     amplitude: float = 1.0
     size = "amplitude"
@@ -52,7 +56,11 @@ class Step(Power):
 
 @dataclass(frozen=True)
 class Ramp(Power):
-    """u(t) = slope · t, slope in units per second."""
+    """u(t) = slope · t, slope in units per second.
+
+    >>> vs.Ramp(0.5)(np.array([0.0, 2.0]))
+    array([0., 1.])
+    """
 
     slope: float = 1.0
     size = "slope"
@@ -61,7 +69,11 @@ class Ramp(Power):
 
 @dataclass(frozen=True)
 class Parabola(Power):
-    """u(t) = acceleration · t²/2, acceleration in units per second squared."""
+    """u(t) = acceleration · t²/2, acceleration in units per second squared.
+
+    >>> vs.Parabola(2.0)(np.array([0.0, 3.0]))
+    array([0., 9.])
+    """
 
     acceleration: float = 1.0
     size = "acceleration"
@@ -88,7 +100,11 @@ class Harmonic(Primitive):
 
 @dataclass(frozen=True)
 class Sine(Harmonic):
-    """u(t) = amplitude · sin(omega t), omega in rad/s."""
+    """u(t) = amplitude · sin(omega t), omega in rad/s.
+
+    >>> print(vs.Sine(np.pi, 2.0)(np.array([0.5])))
+    [2.]
+    """
 
     signs = (0.0, 1.0, 0.0, -1.0)
 
@@ -129,6 +145,9 @@ class Pulse(Signal):
     """u(t) = amplitude for t < width (s), then zero.
 
     Errors: `InputError` where the width is not a positive number or the amplitude not finite.
+
+    >>> vs.Pulse(2.0, 0.5)(np.array([0.2, 0.7]))
+    array([0.5, 0.5])
     """
 
     width: float
@@ -157,6 +176,9 @@ class Exponential(Primitive):
     """u(t) = amplitude · exp(rate t), rate in 1/s: a decay below 0, growth without end above.
 
     Errors: `InputError` for times at which it is too large for a float.
+
+    >>> print(vs.Exponential(amplitude=2, rate=-1)(np.array([0.0, 1.0])).round(3))
+    [2.    0.736]
     """
 
     rate: float

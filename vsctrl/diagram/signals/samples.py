@@ -32,6 +32,9 @@ class Samples(Part):
     Errors: `InputError` where there is no sample, or one is not finite, or the period is not
     positive, or times are negative, do not rise or are not as many; where not just one of period
     and times is given; where the hold is unknown.
+
+    >>> vs.Samples([0, 1, 4], period=0.5)(np.array([0.2, 0.7]))
+    array([0., 1.])
     """
 
     values: tuple[float, ...]

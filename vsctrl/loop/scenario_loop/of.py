@@ -42,6 +42,9 @@ class ScenarioLoop(Lines, Caching):
 
     M is how strongly the law answers a small lag at the start, as the camera moves: 1 where all is
     calibrated. `left_out`: dotted keys that are not linear or not constant, and why.
+
+    >>> print(round(vs.loop.of(vs.paper.sliding()).gain_limit, 3))
+    15.451
     """
 
     scenario: Scenario
@@ -174,6 +177,9 @@ def of(scenario: GivenScenario) -> ScenarioLoop:
     eigenvalues κ each have a loop of their own.
     Errors: `InputError` for what is no scenario, and where the law cannot tell all motions apart at
     the start, so that there is no M.
+
+    >>> vs.loop.of(vs.paper.sliding()).is_stable
+    True
     """
     from vsctrl.servo.diagnosis.linearised import pull_of_camera
     from vsctrl.servo.scenario import as_scenario

@@ -88,6 +88,9 @@ def animate(
     path: the file to write it to, all of it or nothing. pictures: how many at most; the first and
     the last frame are among them. progress: is told how many are drawn, of how many. Errors:
     `InputError` for what is no run, fewer than two pictures, or an unwritable path.
+
+    >>> run = vs.simulate(vs.paper.sliding().with_(duration=0.2))
+    >>> animation = vs.animate(run)
     """
     if not is_whole(pictures):
         raise unusable("animate: pictures", pictures, "a whole number of 2 or more")

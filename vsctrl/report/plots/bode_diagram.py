@@ -39,6 +39,11 @@ def bode(
     size: (width, height), inches. Returns the figure, with `caption` and `alt`.
     Errors: `InputError` for what is no such system; `LimitError` for a band in which the delays
     turn the phase too often to be followed.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> figure = vs.plots.bode(loop.open("S_meas"))
+    >>> figure.alt
+    'Bode diagram of L, opened at S_meas: gain and phase from 0.25 to 125 rad/s.'
     """
     drawn = subjects("bode", systems, names)
     low, high = band("bode", drawn, omega)

@@ -14,16 +14,8 @@ from matplotlib.figure import Figure
 from vsctrl.diagram.stability_chart.chart import Boundary, StabilityChart
 from vsctrl.diagram.stability_chart.raster import Regions
 from vsctrl.report.plots.canvas import LETTERS, Size, picture_of, plain
+from vsctrl.report.plots.letters import lettered
 from vsctrl.report.plots.style import INK, WITH, WITHOUT, takes
-
-#: Axis labels for the parameters whose unit is known.
-_NAMES = {
-    "lam": "gain λ, s⁻¹",
-    "tau": "latency τ, s",
-    "tau_hat": "modelled latency τ̂, s",
-    "T_i": "integral time Tᵢ, s",
-    "h": "preview h, s",
-}
 
 
 @takes(StabilityChart)
@@ -35,6 +27,12 @@ def stability_chart(
     Lines are the exact boundaries: solid where a pair of roots crosses, with its frequency in
     rad/s, dashed where a real root passes 0. The stable region is filled in `WITH`. here: (x, y) of
     the loop itself, a dot. size: (width, height), inches.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> chart = loop.stability_chart(lam=(1, 25), tau=(0.02, 0.2), grid=(6, 4))
+    >>> figure = vs.plots.stability_chart(chart)
+    >>> figure.alt
+    'Unstable roots over lam and tau.'
     """
     regions = chart.regions(1200, 800)
     with picture_of(size, (7.2, 4.8)) as figure:
@@ -61,8 +59,8 @@ def stability_chart(
         if here is not None:
             axes.plot(*here, "o", color=INK, markersize=6, zorder=6)
         axes.set(xlim=box[:2], ylim=box[2:])
-        axes.set_xlabel(_NAMES.get(chart.x_name, chart.x_name))
-        axes.set_ylabel(_NAMES.get(chart.y_name, chart.y_name))
+        axes.set_xlabel(lettered(chart.x_name))
+        axes.set_ylabel(lettered(chart.y_name))
         axes.grid(False)
         words = _noticed(chart, regions)
         letters = int(LETTERS * figure.get_figwidth())

@@ -27,6 +27,10 @@ def block_diagram(diagram: Any, *, ax: Any = None, size: Size = None) -> Figure:
 
     ``block_diagram(vs.figure1)``. ax: axes of yours. size: (width, height), inches. Returns the
     figure, with `caption` and `alt`.
+
+    >>> figure = vs.plots.block_diagram(vs.figure1)
+    >>> figure.alt
+    'Block diagram from S_ref to S.'
     """
     grid, picture, formulas = draft(diagram)
     usual = (max(picture.width * PIXEL, 2.0), max(picture.height * PIXEL, 1.0))

@@ -51,6 +51,13 @@ def gang_of_four(
     CS, T. size: (width, height), inches. Returns the figure, with `caption` and `alt`.
     Errors: `InputError` for other things; `LimitError` as of `bode`.
     Source: Åström & Murray, Feedback Systems, section 12.1.
+
+    >>> from vsctrl.symbols import s
+    >>> C, P = vs.Block("C", 2, "e -> u"), vs.Block("P", 1 / (s + 1), "u -> y")
+    >>> system = vs.Diagram([vs.Sum("e = r - y"), C, P]).at()
+    >>> figure = vs.plots.gang_of_four(system, "u", "y")
+    >>> figure.alt
+    'Gains of the sensitivity S, of load to output, of noise to control and of T.'
     """
     L, four = _of_system(loop, second, third) if isinstance(loop, System) else _of_two(loop, second)
     low, high = band("gang_of_four", [L], omega)

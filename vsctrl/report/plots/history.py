@@ -22,6 +22,11 @@ def histories(comparison: Comparison, chosen: Sequence[History], runs: Sequence[
 
     `chosen`: the histories to draw, dots on a line each; `runs`: with and without the derivative
     term. Dashed: the closed form on a leg, or the amplitude of the sine.
+
+    >>> found = vs.validate(vs.paper.oscillation())
+    >>> runs = [vs.simulate(vs.paper.oscillation(feedforward=term)) for term in (False, True)]
+    >>> len(vs.plots.histories(found, found.own_histories, runs).axes)
+    3
     """
     with drawing(7.2, 6.0) as figure:
         grid = figure.add_gridspec(2, 2, height_ratios=(1, 1.4), width_ratios=(1.6, 1))

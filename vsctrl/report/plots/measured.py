@@ -14,7 +14,13 @@ NOTHING = 1e-9  #: an error that only rounding makes: it has no phase, and no pl
 
 @takes(SineResponse)
 def sine_response(response: SineResponse) -> Figure:
-    """Amplitude and phase of the error of a sine: the simulator's points over the exact curves."""
+    """Amplitude and phase of the error of a sine: the simulator's points over the exact curves.
+
+    >>> found = vs.study.sine_response(vs.paper.sliding(), omega=[2.0])
+    >>> figure = vs.plots.sine_response(found)
+    >>> figure.alt
+    'Amplitude and phase of the error of a sine, simulated and by theory.'
+    """
     grid = [row.omega for row in response.rows]
     omega = np.union1d(grid, np.geomspace(0.8 * min(grid), max(grid), FINE))
     with drawing(7.2, 5.2) as figure:

@@ -30,6 +30,11 @@ def nichols(
     omega: (low, high), rad/s. names: for the legend. ax: axes of yours. size: (width, height),
     inches. Returns the figure, with `caption` and `alt`.
     Errors: `InputError` and `LimitError` as of `bode`.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> figure = vs.plots.nichols(loop.open("S_meas"))
+    >>> figure.alt
+    'Nichols chart of L, opened at S_meas, with lines of |T|.'
     """
     drawn = subjects("nichols", systems, names)
     low, high = band("nichols", drawn, omega)

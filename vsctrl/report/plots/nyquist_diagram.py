@@ -46,6 +46,11 @@ def nyquist(
     radius: half the width of the picture, without it from the crossings. names: for the legend.
     ax: axes of yours. size: (width, height), inches. Returns the figure, with `caption` and `alt`.
     Errors: `InputError` for what is no such system; `LimitError` where delays turn too often.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> figure = vs.plots.nyquist(loop.open("S_meas"))
+    >>> figure.alt
+    'Nyquist diagram of L, opened at S_meas round −1.'
     """
     drawn = subjects("nyquist", systems, names)
     curves = [_whole(each) for each in drawn]

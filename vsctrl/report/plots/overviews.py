@@ -26,6 +26,11 @@ def system_overview(system: Any, *, ax: Any = None, size: Size = None) -> Figure
 
     Responses of channels that would answer a step with an impulse are left out. ax: two axes of
     yours. size: (width, height), inches. Returns the figure, with `caption` and `alt`.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> figure = vs.plots.system_overview(loop.with_(k_ff=0))
+    >>> figure.alt
+    'Roots of a system in s, and step response of S_ref to S over 2.63 s.'
     """
     diagram = system.diagram
     first = diagram.inputs[:1]
@@ -51,6 +56,12 @@ def loop_overview(loop: Loop, *, ax: Any = None, size: Size = None) -> Figure:
     input without one. Where no loop runs through any signal it is `system_overview`. ax: four axes
     of yours: gain, roots, phase, response. size: (width, height), inches. Returns the figure, with
     `caption` and `alt`. Errors: `InputError`, `LimitError` as of `bode` and `response`.
+
+    >>> from importlib.resources import files
+    >>> loop = vs.load(files("vsctrl.examples") / "figure1.toml")
+    >>> figure = vs.plots.loop_overview(loop)
+    >>> figure.alt
+    'Bode diagram, roots and the response to a ramp in S_ref of the loop figure1.'
     """
     if not loop.opened:
         return system_overview(loop.system, ax=ax, size=size)

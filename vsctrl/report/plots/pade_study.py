@@ -37,6 +37,11 @@ def pade(
     `Channel.pade`. A `PadeModel` is drawn by itself. ax: two axes of yours. size: (width, height),
     inches. Returns the figure, with `caption` and `alt`.
     Errors: `InputError` for what is no channel, for orders that are none, and as of `Channel.pade`.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> figure = vs.plots.pade(loop.with_(k_ff=0)["S_ref", "S"])
+    >>> figure.alt
+    'Error of Padé models of S_ref to S over frequency and over order.'
     """
     models = _models(channel, orders, band)
     name = plain(models[0].exact.source), plain(models[0].exact.target)

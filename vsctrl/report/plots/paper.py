@@ -26,7 +26,13 @@ LOOK = 120.0  #: mm, length of the line that shows where a camera looks
 
 @takes(Traces)
 def error_traces(traces: Traces) -> Figure:
-    """Figures 5 and 7: E over time with and without the derivative term, true and as measured."""
+    """Figures 5 and 7: E over time with and without the derivative term, true and as measured.
+
+    >>> from vsctrl.study.statements import Bench
+    >>> traces = Bench().traces(vs.paper.sliding(), 3)
+    >>> len(vs.plots.error_traces(traces).axes)
+    2
+    """
     with drawing(9.0, 3.7) as figure:
         panels, top = figure.subplots(1, 2, sharey=True), _ceiling(traces)
         for axes, pair, title in zip(panels, traces, PANELS, strict=True):
@@ -45,7 +51,13 @@ def error_traces(traces: Traces) -> Figure:
 
 @takes(Traces)
 def paths(traces: Traces) -> Figure:
-    """Figures 6 and 9: the camera's path from above, and how far it is along and across it."""
+    """Figures 6 and 9: the camera's path from above, and how far it is along and across it.
+
+    >>> from vsctrl.study.statements import Bench
+    >>> traces = Bench().traces(vs.paper.sliding(), 3)
+    >>> len(vs.plots.paths(traces).axes)
+    5
+    """
     with drawing(9.6, 5.4) as figure:
         grid = figure.add_gridspec(2, 3, width_ratios=(0.75, 1, 1), height_ratios=(1, 1))
         whole = figure.add_subplot(grid[:, 0])
@@ -73,7 +85,13 @@ def paths(traces: Traces) -> Figure:
 
 @takes(Traces)
 def first_point(traces: Traces) -> Figure:
-    """Figure 8: the abscissa of the first point and its reference, and the difference enlarged."""
+    """Figure 8: the abscissa of the first point and its reference, and the difference enlarged.
+
+    >>> from vsctrl.study.statements import Bench
+    >>> traces = Bench().traces(vs.paper.sliding(), 3)
+    >>> len(vs.plots.first_point(traces).axes)
+    4
+    """
     with drawing(9.0, 5.4) as figure:
         grid = figure.subplots(2, 2, sharex=True, height_ratios=(1.2, 1))
         for axes, below, pair, title in zip(grid[0], grid[1], traces, PANELS, strict=True):
@@ -102,7 +120,13 @@ def first_point(traces: Traces) -> Figure:
 
 @takes(Traces)
 def velocities(traces: Traces, rotation: bool = False) -> Figure:
-    """Figures 10 and 11: the camera's translation or rotation velocity in its own frame."""
+    """Figures 10 and 11: the camera's translation or rotation velocity in its own frame.
+
+    >>> from vsctrl.study.statements import Bench
+    >>> traces = Bench().traces(vs.paper.sliding(), 3)
+    >>> len(vs.plots.velocities(traces).axes)
+    6
+    """
     first, factor = 3 if rotation else 0, 1e3  # mm/s and mrad/s alike
     names = ("Ωx", "Ωy", "Ωz") if rotation else ("Vx", "Vy", "Vz")
     unit = "mrad/s" if rotation else "mm/s"
@@ -134,17 +158,23 @@ def _laws(pair: Pair) -> list[tuple[Run, str, str]]:
 
 
 def _ends(axes: Axes, pair: Pair, top: float) -> None:
-    """The true E of the last second in words: between the two lines, outside where they are near.
-
-    The dotted lines lie outside too, but farther off where the others are near.
-    """
+    """The true E of the last second in words, right of the axes, where no line can be."""
     values = [float(np.median(size(run.error)[run.t > run.t[-1] - 1])) for run in pair]
-    between = abs(values[0] - values[1]) > 0.15 * top
-    for value, other, colour in zip(values, values[::-1], (WITH, WITHOUT), strict=True):
-        up = (value < other) == between
-        end, shift = (float(pair.on.t[-1]), value), (-2, 5 if up else -5)
-        place: Any = {"ha": "right", "va": "bottom" if up else "top", "fontsize": 8.5}
-        label(axes, f"{value:.1f} px", end, shift, color=colour, **place)
+    least = 0.07 * top  # a line of text
+    low, high = sorted(values)
+    below = max(min(low, (low + high - least) / 2), least / 2)
+    places = {low: below, high: max(high, below + least)}
+    for value, colour in zip(values, (WITH, WITHOUT), strict=True):
+        axes.annotate(
+            f"{value:.1f} px",
+            (1, places[value]),
+            (4, 0),
+            xycoords=("axes fraction", "data"),
+            textcoords="offset points",
+            va="center",
+            fontsize=8.5,
+            color=colour,
+        )
 
 
 def _path(axes: Axes, pair: Pair) -> None:

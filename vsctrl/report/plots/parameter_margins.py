@@ -15,6 +15,7 @@ from vsctrl.diagram.frequency.margins import Margins
 from vsctrl.diagram.system import System
 from vsctrl.errors import InputError
 from vsctrl.report.plots.canvas import NOTEBOOK, Size, canvas, plain, say
+from vsctrl.report.plots.letters import lettered
 from vsctrl.report.plots.margin_words import short
 from vsctrl.report.plots.root_maps import values_of
 from vsctrl.report.plots.style import EXACT, INK, WITHOUT
@@ -40,6 +41,11 @@ def margins(
     value. values: without them from a twentieth of the own value to five times it. ax: four axes
     of yours. size: (width, height), inches. Returns the figure, with `caption` and `alt`.
     Errors: `InputError` for an unknown signal or parameter and for values that are none.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> figure = vs.plots.margins(loop, "S_meas", "lam", np.linspace(1, 5, 5))
+    >>> figure.alt
+    'Margins of the loop opened at S_meas over lam.'
     """
     if not isinstance(system, System):
         raise InputError(f"margins: {quoted(system)} is no system; give diagram.at(…).")
@@ -63,7 +69,7 @@ def margins(
             capped = min(top, HIGHEST) if low else top
             axes.set_ylim(low, low + 1.08 * (capped - low) if capped > low else low + 1)
         for axes in panels[-shape[1] :]:
-            axes.set_xlabel(plain(parameter))
+            axes.set_xlabel(lettered(parameter))
         words = _words(grid, stable, plain(parameter), plain(signal))
         about = f"Margins of the loop opened at {plain(signal)} over {plain(parameter)}."
         say(figure, panels[0], PANELS[0], words, about)

@@ -25,6 +25,11 @@ def arrival(x: Examination) -> Figure:
     """Paths of the points in the image, that of the camera from above, and the decay of the error.
 
     Dotted: straight lines from start to goal. Dots: the linear loop.
+
+    >>> from vsctrl.study.examination.examination import examination
+    >>> slide = vs.paper.sliding().with_(kind="hold", duration=2.0, offset=(0.02, 0, 0, 0, 0, 0))
+    >>> len(vs.plots.arrival(examination(slide)).axes)
+    3
     """
     run = x.run
     with drawing(7.2, 6.0) as figure:
@@ -37,7 +42,13 @@ def arrival(x: Examination) -> Figure:
 
 @takes(Examination)
 def predicted_lag(x: Examination) -> Figure:
-    """The lag of the run, lines, and of the linear loop, dots: translations and rotations."""
+    """The lag of the run, lines, and of the linear loop, dots: translations and rotations.
+
+    >>> from vsctrl.study.examination.examination import examination
+    >>> slide = vs.paper.sliding().with_(kind="hold", duration=2.0, offset=(0.02, 0, 0, 0, 0, 0))
+    >>> len(vs.plots.predicted_lag(examination(slide)).axes)
+    2
+    """
     run, predicted = x.run, x.predicted
     with drawing(7.2, 4.6) as figure:
         for axes, part, names, unit in zip(
@@ -66,7 +77,12 @@ def predicted_lag(x: Examination) -> Figure:
 
 
 def distances(runs: Sequence[Run], names: Sequence[str]) -> Figure:
-    """The distance of the camera from its reference over time, of several runs."""
+    """The distance of the camera from its reference over time, of several runs.
+
+    >>> run = vs.simulate(vs.paper.sliding())
+    >>> len(vs.plots.distances([run], ["slide"]).axes)
+    1
+    """
     with drawing(7.2, 3.6) as figure:
         axes = figure.subplots()
         top = 0.1

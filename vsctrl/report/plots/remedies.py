@@ -26,6 +26,11 @@ def remedies(comparison: Remedies) -> Figure:
     """Error on a ramp (mm) and gain limit (s⁻¹) of each remedy: simulation over theory.
 
     Bars are closed forms, circles six degrees of freedom. A limit beyond the axis ends in an arrow.
+
+    >>> found = vs.study.compare_remedies(vs.paper.sliding())
+    >>> figure = vs.plots.remedies(found)
+    >>> figure.alt
+    'Steady error and gain limit of 12 remedies for dead time.'
     """
     rows = comparison.rows[::-1]  # the first one is drawn on top
     y = np.arange(len(rows))

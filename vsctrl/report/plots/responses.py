@@ -15,7 +15,14 @@ from vsctrl.study.plot_data import Times
 
 @takes(Times)
 def responses(data: Times) -> Figure:
-    """The step, what Padé gets wrong of it, and the tracking error on the ramp."""
+    """The step, what Padé gets wrong of it, and the tracking error on the ramp.
+
+    >>> from vsctrl.study.plot_data import curves
+    >>> stability = vs.study.examine(vs.paper.sliding()).stability
+    >>> data = curves(stability)
+    >>> len(vs.plots.responses(data.times).axes)
+    3
+    """
     with drawing(7.2, 5.6) as figure:
         grid = figure.add_gridspec(2, 2)
         step, wrong = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
@@ -52,7 +59,12 @@ def responses(data: Times) -> Figure:
 
 @takes(Run, Run)
 def errors(on: Run, off: Run) -> Figure:
-    """Figures 5 and 7 of the paper: image error E with and without k_ff, true and as measured."""
+    """Figures 5 and 7 of the paper: image error E with and without k_ff, true and as measured.
+
+    >>> on, off = (vs.simulate(vs.paper.sliding(feedforward=term)) for term in (True, False))
+    >>> len(vs.plots.errors(on, off).axes)
+    1
+    """
     with drawing(7.2, 3.8) as figure:
         axes = figure.subplots()
         for run, colour, name in ((off, WITHOUT, "without"), (on, WITH, "with")):
@@ -73,6 +85,10 @@ def top_view(on: Run, off: Run) -> Figure:
     """Figure 6 of the paper: the camera's path from above, and where it is at the end.
 
     Where one run ends before the other, both cameras and their reference are shown at its end.
+
+    >>> on, off = (vs.simulate(vs.paper.sliding(feedforward=term)) for term in (True, False))
+    >>> len(vs.plots.top_view(on, off).axes)
+    2
     """
     with drawing(7.2, 4.4) as figure:
         whole, end = figure.subplots(1, 2, width_ratios=(1, 1.15))

@@ -39,6 +39,11 @@ def pole_map(
     systems; those in z with the unit circle, of the n largest. Rays are of equal damping ζ. ax:
     axes of yours. size: (width, height), inches. Returns the figure, with `caption` and `alt`.
     Errors: `InputError` for other things, and for s and z in one picture.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> figure = vs.plots.pole_map(loop)
+    >>> figure.alt
+    'Roots in s of system.'
     """
     if not systems:
         raise InputError("pole_map: there is nothing to draw; give a system, diagram.at(…).")
@@ -80,6 +85,11 @@ def root_locus(
     without them from a twentieth of the system's own to five times it. Rays are of equal damping ζ.
     ax: axes of yours. size: (width, height), inches. Returns the figure, with `caption` and `alt`.
     Errors: `InputError` for an unknown parameter and for values that are none.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> figure = vs.plots.root_locus(loop, "lam", np.linspace(1, 20, 5))
+    >>> figure.alt
+    'Root locus over lam from 1 to 20.'
     """
     if not isinstance(system, System):
         raise InputError(f"root_locus: {quoted(system)} is no system; give diagram.at(…).")

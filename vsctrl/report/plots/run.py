@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import textwrap
 from typing import Any
 
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from vsctrl.arrays import Array
 from vsctrl.errors import InputError
 from vsctrl.report.plots.style import EXACT, INK, STYLE, WITH, WITHOUT, drawing, label, takes
-from vsctrl.servo import Run
+from vsctrl.servo import Gantry, Run
 from vsctrl.servo.results.columns import measured_in_pixels
 from vsctrl.servo.results.outcome import distance, notice, outcome, side, swings
 from vsctrl.tables import visible
@@ -33,26 +34,55 @@ GROWTH = 100.0
 
 @takes(Run)
 def run_figure(run: Run) -> Figure:
-    """Image plane, errors, twist and lag of a run, with a caption that says what to notice."""
-    with drawing(9.6, 7.6) as figure:
-        grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.15), hspace=0.06)
+    """Image plane, errors, twist and lag of a run, with a caption that says what to notice.
+
+    Of a gantry its joints too.
+
+    >>> figure = vs.plots.run_figure(vs.simulate(vs.paper.sliding()))
+    >>> figure.alt[:61]
+    'A run: its points in the image, errors, twist and lag. The ca'
+    """
+    joints = run.joints is not None
+    with drawing(9.6, 9.8 if joints else 7.6) as figure:
+        rows = (1, 1, 0.55) if joints else (1, 1)
+        how: Any = {"width_ratios": (1, 1.15), "height_ratios": rows, "hspace": 0.06}
+        grid = figure.add_gridspec(len(rows), 2, **how)
         image_plane(figure.add_subplot(grid[0, 0]), run)
         _errors(figure.add_subplot(grid[0, 1]), run)
         _twist(figure, grid[1, 0], run)
         _lag(figure, grid[1, 1], run)
+        if joints:
+            _joints(figure.add_subplot(grid[2, :]), run)
         summary = outcome(run)
         words = " ".join([notice(summary), *(event.sentence for event in run.events)])
         # Dollar signs would start a formula.
         name = f"{visible(run.scenario.name)} ({run.scenario.digest})".replace("$", r"\$")
         figure.suptitle(textwrap.shorten(name, 90), x=0.01, ha="left", fontsize=11)
-        caption = textwrap.fill(textwrap.shorten(words.replace("$", r"\$"), 420), 118)
+        caption = _balanced(textwrap.shorten(words.replace("$", r"\$"), 420), 118)
         figure.supxlabel(caption, x=0.01, ha="left", fontsize=9.5)
-        figure.alt = f"A run: its points in the image, errors, twist and lag. {visible(words)}"
+        panels = "errors, twist, lag and joints" if joints else "errors, twist and lag"
+        figure.alt = f"A run: its points in the image, {panels}. {visible(words)}"
     return figure
 
 
+def _balanced(words: str, most: int) -> str:
+    """The words on as few lines as they need, equally long; a number keeps its unit."""
+    bound = re.sub(r"(?<=\d) (?=\w)", "\u00a0", words)
+    lines = len(textwrap.wrap(bound, most))
+    for width in range(len(bound) // max(1, lines), most):
+        if len(textwrap.wrap(bound, max(1, width))) == lines:
+            most = max(1, width)
+            break
+    return textwrap.fill(bound, most).replace("\u00a0", " ")
+
+
 def picture(figure: Figure, suffix: str) -> bytes:
-    """The figure as a PNG, SVG or PDF file, by suffix; the same bytes for the same figure."""
+    """The figure as a PNG, SVG or PDF file, by suffix; the same bytes for the same figure.
+
+    >>> figure = vs.plot(vs.figure1)
+    >>> vs.plots.picture(figure, ".svg")[:5]
+    b'<?xml'
+    """
     if suffix not in SUFFIXES:
         raise InputError(f"{suffix}: figures are written as {', '.join(SUFFIXES)}; choose one.")
     dateless: dict[str, Any] = {
@@ -140,14 +170,14 @@ def _errors(axes: Axes, run: Run) -> None:
         here.set_ylabel(f"error of {what}", color=WITHOUT)
         name += " (right)"
     here.plot(run.t, seen, color=WITHOUT, linestyle=(0, (4, 2)), label=name)
-    axes.set(title="norm of the image error", ylabel="px")
+    axes.set(title="image error", ylabel="its norm, px")
     handles, labels = axes.get_legend_handles_labels()
     if here is not axes:
         more, names = here.get_legend_handles_labels()
         handles, labels = handles + more, labels + names
         _scale(here, run, seen, zero=True)
     _scale(axes, run, np.column_stack([true, seen]) if here is axes else true, zero=True)
-    axes.legend(handles, labels, loc="best" if here is axes else "center right")
+    _legend_above(axes, 2, handles, labels)
     _time(axes, run)
 
 
@@ -189,9 +219,10 @@ def _lag(figure: Figure, cell: Any, run: Run) -> None:
         top.set_title("lag")
         words, lag = side(along[-1]), outcome(run).along
         if run.status.complete and words and lag is not None and not swings(lag):
-            ahead, end = along[-1] > 0, (run.t[-1], along[-1])
-            place: Any = {"ha": "right", "va": "top" if ahead else "bottom", "color": EXACT}
-            label(top, f"{abs(along[-1]):.3g} mm {words}", end, (-3, -4 if ahead else 4), **place)
+            # In the middle between the curve and 0, where neither is.
+            middle: Any = (run.t[-1], along[-1] / 2)
+            place: Any = {"ha": "right", "va": "center", "color": EXACT}
+            label(top, f"{abs(along[-1]):.3g} mm {words}", middle, (-3, 0), **place)
     top.plot(run.t, away, color=INK, linewidth=1.0, linestyle=":", label="distance")
     top.axhline(0, color=INK, linewidth=0.8)
     top.set_ylabel("mm")
@@ -205,9 +236,27 @@ def _lag(figure: Figure, cell: Any, run: Run) -> None:
     _time(bottom, run)
 
 
-def _legend_above(axes: Axes, columns: int) -> None:
-    """Beside the title, where no curve can be."""
+def _joints(axes: Axes, run: Run) -> None:
+    """Where each joint of the gantry is in its range: 0 and 100 % are its ends."""
+    assert run.joints is not None
+    gantry = Gantry()
+    share = 100 * (run.joints - gantry.lower) / (gantry.upper - gantry.lower)
+    for k, values in enumerate(share.T):
+        kind, style = ("slide", "-") if k < 3 else ("wrist", (0, (4, 2)))
+        how: Any = {"color": AXES[k % 3], "linestyle": style}
+        axes.plot(run.t, values, label=f"{k + 1}, {kind}", **how)
+    for end in (0, 100):
+        axes.axhline(end, color=INK, linewidth=0.8)
+    axes.set(title="joints of the gantry", ylabel="share of the range, %", ylim=(-8, 108))
+    axes.set_yticks((0, 25, 50, 75, 100))
+    _legend_above(axes, 6)
+    _time(axes, run)
+
+
+def _legend_above(axes: Axes, columns: int, *entries: Any) -> None:
+    """Beside the title, where no curve can be; entries: handles and labels if not all."""
     axes.legend(
+        *entries,
         loc="lower right",
         bbox_to_anchor=(1, 1),
         ncols=columns,

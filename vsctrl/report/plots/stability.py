@@ -26,7 +26,14 @@ from vsctrl.study.stability import Stability
 
 @takes(Frequency, Stability)
 def bode_against_pade(data: Frequency, stability: Stability) -> Figure:
-    """Magnitude and phase of the opened loop, exact delay against Padé, margins marked."""
+    """Magnitude and phase of the opened loop, exact delay against Padé, margins marked.
+
+    >>> from vsctrl.study.plot_data import curves
+    >>> stability = vs.study.examine(vs.paper.sliding()).stability
+    >>> data = curves(stability)
+    >>> len(vs.plots.bode_against_pade(data.frequency, stability).axes)
+    2
+    """
     with drawing(7.2, 5.0) as figure:
         top, bottom = figure.subplots(2, 1, sharex=True)
         margins = stability.margins
@@ -58,7 +65,14 @@ def bode_against_pade(data: Frequency, stability: Stability) -> Figure:
 
 @takes(Frequency, Stability)
 def nyquist_against_pade(data: Frequency, stability: Stability) -> Figure:
-    """L(jω) in the plane round −1, exact delay against Padé, with the circle of 1/Ms."""
+    """L(jω) in the plane round −1, exact delay against Padé, with the circle of 1/Ms.
+
+    >>> from vsctrl.study.plot_data import curves
+    >>> stability = vs.study.examine(vs.paper.sliding()).stability
+    >>> data = curves(stability)
+    >>> len(vs.plots.nyquist_against_pade(data.frequency, stability).axes)
+    1
+    """
     with drawing(4.9, 4.4) as figure:
         axes = figure.subplots()
         turn = np.exp(1j * np.linspace(0, 2 * np.pi, 361))
@@ -81,7 +95,14 @@ def nyquist_against_pade(data: Frequency, stability: Stability) -> Figure:
 
 @takes(Locus, Stability)
 def locus_against_pade(data: Locus, stability: Stability) -> Figure:
-    """The rightmost characteristic roots as λ grows, exact delay against Padé."""
+    """The rightmost characteristic roots as λ grows, exact delay against Padé.
+
+    >>> from vsctrl.study.plot_data import curves
+    >>> stability = vs.study.examine(vs.paper.sliding()).stability
+    >>> data = curves(stability)
+    >>> len(vs.plots.locus_against_pade(data.locus, stability).axes)
+    1
+    """
     with drawing(4.9, 4.4) as figure:
         axes = figure.subplots()
         for branch in data.pade.T:

@@ -35,6 +35,10 @@ def to_svg(figure: Figure, title: str, prefix: str) -> str:
 
     `title`: what a screen reader says, escaped; `prefix` keeps the ids of figures on one page
     apart.
+
+    >>> figure = vs.plot(vs.figure1)
+    >>> vs.plots.to_svg(figure, "Figure 1", "one")[:4]
+    '<svg'
     """
     svg = _clean(_drawn(figure))
     used = dict.fromkeys(found[2] for found in _REFERENCE.finditer(svg))
@@ -45,7 +49,12 @@ def to_svg(figure: Figure, title: str, prefix: str) -> str:
 
 
 def to_svgs(figure: Figure, title: str, prefix: str) -> tuple[str, str]:
-    """The figure for a page, and the same drawn anew for a phone; it is narrow from then on."""
+    """The figure for a page, and the same drawn anew for a phone; it is narrow from then on.
+
+    >>> wide, narrow = vs.plots.to_svgs(vs.plot(vs.figure1), "Figure 1", "one")
+    >>> "Figure 1" in narrow
+    True
+    """
     wide = to_svg(figure, title, prefix)
     narrow(figure)
     return wide, to_svg(figure, title, f"{prefix}-narrow")

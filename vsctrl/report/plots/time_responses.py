@@ -49,7 +49,13 @@ def step(
     ax: Any = None,
     size: Size = None,
 ) -> Figure:
-    """Unit step responses from rest, delays exact; see `response`. marks: rise, peak, settling."""
+    """Unit step responses from rest, delays exact; see `response`. marks: rise, peak, settling.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> figure = vs.plots.step(loop.with_(k_ff=0)["S_ref", "S"])
+    >>> figure.alt
+    'Step response of S_ref to S over 2.63 s.'
+    """
     return response(*channels, signal=Step(), t=t, marks=marks, names=names, ax=ax, size=size)
 
 
@@ -72,6 +78,11 @@ def response(
     the figure, with `caption` and `alt`.
     Errors: `InputError` for what is no channel, no signal or no time, and for an improper channel
     whose response would be an impulse; `LimitError` as of `Channel.response`.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> figure = vs.plots.response(loop["S_ref", "S"], signal=vs.Ramp(0.04), t=2)
+    >>> figure.alt
+    'Response of S_ref to S over 2 s.'
     """
     if not channels:
         raise InputError("response: there is nothing to draw; give a channel, system['r', 'y'].")
@@ -107,7 +118,9 @@ def response(
         axes.set_ylabel(courses[0].name.rpartition(" to ")[2] if len(courses) == 1 else "response")
         legend(figure, axes)
         kind = "Step response" if isinstance(drive, Step) else "Response"
-        about = f"{kind} of {' and '.join(c.name for c in courses)} over {last:.3g} s."
+        about = f"{kind} of {courses[0].name} over {last:.3g} s."
+        if len(courses) > 1:
+            about = f"{kind}s over {last:.3g} s: {'; '.join(c.name for c in courses)}."
         say(figure, axes, title, f"{caption}." if caption else about, about)
     return figure
 
@@ -116,6 +129,12 @@ def time_response(data: Any, *, ax: Any = None, size: Size = None) -> Figure:
     """Outputs, and dotted the inputs, over time of python-control's `TimeResponseData`.
 
     ax: axes of yours. size: (width, height), inches. Returns the figure.
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> data = loop["S_ref", "S"].response(vs.Ramp(1), [0, 1, 2])
+    >>> figure = vs.plots.time_response(data)
+    >>> len(figure.axes)
+    1
     """
     t = np.asarray(data.time, float)
     with canvas(ax, size, (NOTEBOOK[0], 3.8)) as (figure, (axes,)):
@@ -140,7 +159,14 @@ def time_response(data: Any, *, ax: Any = None, size: Size = None) -> Figure:
 
 
 def in_unit(figure: Figure, unit: str) -> None:
-    """Let a figure over t in s tell its times in another unit, "ms", "min" or "h"."""
+    """Let a figure over t in s tell its times in another unit, "ms", "min" or "h".
+
+    >>> loop = vs.figure1.at(lam=2.5, tau=0.08, ell=1, ell_hat=1, k_ff=1)
+    >>> figure = vs.plots.step(loop.with_(k_ff=0)["S_ref", "S"])
+    >>> vs.plots.in_unit(figure, "min")
+    >>> figure.axes[0].get_xlabel()
+    't, min'
+    """
     size = UNITS[unit]
     for axes in figure.axes:
         if axes.get_xlabel() != "t, s":

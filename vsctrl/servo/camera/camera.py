@@ -25,6 +25,9 @@ class View(NamedTuple):
     """What the law may know of a frame: image and depths.
 
     features: (..., 2n) in px, ordered X1 Y1 X2 Y2 …; depths: (..., n) in m.
+
+    >>> vs.servo.View(np.zeros(8), np.ones(4)).depths.shape
+    (4,)
     """
 
     features: Array
@@ -36,6 +39,9 @@ class Camera:
     """Pinhole camera with image coordinates from the principal point (eq. 15).
 
     Fx, Fy: focal lengths in px.
+
+    >>> vs.servo.Camera(700, 700).interaction(np.zeros(2), np.ones(1)).shape
+    (2, 6)
     """
 
     Fx: float

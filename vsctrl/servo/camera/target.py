@@ -25,6 +25,9 @@ class Target:
     points: (n, 3) in m; drift: (6,), twist in the object's own frame, m/s and rad/s (of a swinging
     target its greatest); sway: P in s or None. Arrays are kept as read-only copies. Raises
     InputError for other shapes.
+
+    >>> vs.servo.Target(vs.servo.CUBE_LEDS.points).points.shape
+    (4, 3)
     """
 
     points: Array

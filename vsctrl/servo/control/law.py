@@ -22,7 +22,12 @@ RANK_TOLERANCE = 1e-10
 
 
 class Command(NamedTuple):
-    """Twist (6,) and the rank of the L̂ that made it (6 when every direction is seen)."""
+    """Twist (6,) and the rank of the L̂ that made it (6 when every direction is seen).
+
+    >>> command = vs.servo.Command(np.zeros(6), 6)
+    >>> command.rank
+    6
+    """
 
     T: Array
     rank: int
@@ -33,6 +38,10 @@ class Law:
     """``T = −λ L̂⁺ e + k_ff L̂⁺ ds*/dt`` (eq. 10).
 
     lam: gain λ in s⁻¹; k_ff: feed-forward gain (1 = the paper's law, 0 = without its second term).
+
+    >>> slide = vs.paper.sliding()
+    >>> slide.law.lam
+    2.5
     """
 
     lam: float

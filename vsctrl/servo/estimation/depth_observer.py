@@ -51,6 +51,8 @@ class DepthObserver:
     deviation of an image coordinate, px; relative_uncertainty: standard deviation of the guess
     over the guess itself (0.5: half of it), equally of z and 1/z.
     Raises InputError for a value that is not a positive number (noise_px may be 0).
+
+    >>> observer = vs.servo.DepthObserver(700, 700, [1.0] * 4, 0.5, 0.3)
     """
 
     def __init__(

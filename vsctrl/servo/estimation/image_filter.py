@@ -81,6 +81,8 @@ class ImageFilter:
     "acceleration" (a rate wanders by process·√t in a time t, resp. an acceleration);
     measurement: standard deviation of a coordinate in an image, px.
     Raises InputError for a value out of its range.
+
+    >>> filter = vs.servo.ImageFilter("velocity", 0.04, 0.08, process=100, measurement=0.5)
     """
 
     def __init__(

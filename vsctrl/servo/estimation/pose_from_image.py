@@ -41,6 +41,13 @@ class PoseFit(NamedTuple):
 
     residual_px: root mean square over the image coordinates, ∞ if the pose shows no image;
     iterations: steps tried; ok: whether a pose was found, else oTc is the best one on the way.
+
+    >>> slide = vs.paper.sliding()
+    >>> run = vs.simulate(slide.with_(duration=0.2))
+    >>> points = slide.target.points
+    >>> fit = vs.servo.pose_from_image(run.features[0], points, 700, 700, run.pose[0])
+    >>> fit.ok
+    True
     """
 
     oTc: Array
@@ -64,6 +71,13 @@ def pose_from_image(
     minimum is reached within ``ITERATIONS``.
     Raises InputError for arguments that no image leads to: arrays of another shape or not of
     numbers, an Fx or Fy that is not above 0, a finite guess that is no rigid motion.
+
+    >>> slide = vs.paper.sliding()
+    >>> run = vs.simulate(slide.with_(duration=0.2))
+    >>> points = slide.target.points
+    >>> fit = vs.servo.pose_from_image(run.features[0], points, 700, 700, run.pose[0])
+    >>> bool(np.allclose(fit.oTc, run.pose[0]))
+    True
     """
     image, points, oTc = _numbers("image", image), _numbers("points", points), _guess(guess)
     checks.point_list("points", points, "p")

@@ -42,6 +42,10 @@ class Reading:
     middle of its range and 1 at the end); value, limit: in unit; t: when, s; violated: the
     intervals in which the limit is not kept, s (a jump is an interval of length 0); jump: the
     share is infinite because the twist jumps.
+
+    >>> slide = vs.paper.sliding()
+    >>> vs.servo.feasibility(slide.reference).binding.name
+    'speed'
     """
 
     name: str
@@ -100,6 +104,10 @@ class Feasibility:
     feasible: every limit is kept; readings: one for every limit; binding: the limit that the
     motion meets first when it is sped up (or is the furthest beyond); trajectory, limits: what was
     asked.
+
+    >>> slide = vs.paper.sliding()
+    >>> vs.servo.feasibility(slide.reference).feasible
+    True
     """
 
     trajectory: Trajectory
@@ -199,6 +207,10 @@ def feasibility(
     before the peaks between them are refined (a peak narrower than two of them may be missed).
     Raises InputError for a trajectory of
     infinite duration, and a field of view without camera or target.
+
+    >>> slide = vs.paper.sliding()
+    >>> vs.servo.feasibility(slide.reference, vs.servo.Limits(speed=0.03)).feasible
+    False
     """
     checks.at_least("samples", samples, FEWEST_SAMPLES)
     require_kind("trajectory", trajectory, Trajectory, "give a motion, as servo.hold is one")

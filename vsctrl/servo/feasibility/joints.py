@@ -22,6 +22,12 @@ class JointPath:
 
     gantry; trajectory: of finite duration; samples: number of times between which continuity is
     judged. Raises InputError for a trajectory that does not end and one that is all singular.
+
+    >>> start = vs.paper.sliding().reference.oTc0
+    >>> gantry = vs.servo.Gantry.seeing(start, (0, 0, 0.2, 0, 0.5, 0))
+    >>> path = vs.servo.JointPath(gantry, vs.paper.sliding().reference)
+    >>> print(path.position([9.0]).round(3)[0, 2])
+    0.516
     """
 
     gantry: Gantry

@@ -20,6 +20,9 @@ class Limits:
     the image from the principal point, px, or None; nearest, farthest: depths of the target's
     points in m. math.inf is no limit.
     Raises InputError for a value that is no number above 0.
+
+    >>> vs.servo.Limits(speed=0.1).speed
+    0.1
     """
 
     speed: float = 0.2

@@ -43,6 +43,10 @@ class Retimed(Trajectory):
     trajectory: the path. starts: (n,) in s, where each part of the table begins; sigma, rate,
     bend: (n,) each, σ, σ' and σ'' there; ends: (n,), σ where it ends; asked: (n, 2), least and
     greatest σ at which the twist is asked for. duration: s. kept: the jumps of the twist.
+
+    >>> slide = vs.paper.sliding()
+    >>> vs.servo.slowed(slide.reference, 2.0).duration
+    18.0
     """
 
     trajectory: Trajectory
@@ -125,6 +129,10 @@ def slowed(trajectory: Trajectory, factor: float) -> Retimed:
     With ``factor = feasibility(…).stretch`` it is the fastest even pace that keeps all limits of
     speed and acceleration. Raises InputError for a factor that is not finite and above 0 (as it is
     not where the twist jumps), and a trajectory without end.
+
+    >>> slide = vs.paper.sliding()
+    >>> vs.servo.slowed(slide.reference, 1.5).duration
+    13.5
     """
     require_kind("trajectory", trajectory, Trajectory, "give a motion, as servo.hold is one")
     checks.require(
@@ -162,6 +170,11 @@ def fastest(
     one between the nodes of the grid, slowed evenly. Other arguments as ``feasibility``. Raises
     InputError where the path itself leaves joints' ranges or image, where nothing moves, and for
     more than 1000 jumps.
+
+    >>> slide = vs.paper.sliding()
+    >>> quick = vs.servo.fastest(slide.reference, vs.servo.Limits(speed=0.2, acceleration=1.0))
+    >>> print(round(quick.duration, 3))
+    2.0
     """
     require_kind("trajectory", trajectory, Trajectory, "give a motion, as servo.hold is one")
     limits = limits or Limits()

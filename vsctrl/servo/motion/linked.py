@@ -39,6 +39,11 @@ class Blend(Trajectory):
 
     oTc0: (4, 4); A, B: (6,) in m/s and rad/s; duration: s. Raises InputError for values out of
     range, and for a passage of more than 5000 rad.
+
+    >>> start = vs.paper.sliding().reference.oTc0
+    >>> twist = np.array([0.2, 0, 0, 0, 0, 0])
+    >>> print(vs.servo.Blend(start, 0 * twist, twist, 2.0).twist(1.0))
+    [0.1 0.  0.  0.  0.  0. ]
     """
 
     oTc0: Array
@@ -113,6 +118,11 @@ class Linked(Trajectory):
     oTc0: (4, 4); parts: at least one, each of finite duration; blend: "none", "linear" or
     "smooth"; max_acceleration: (a, α), m/s² and rad/s²; from_rest, to_rest: blend from and to zero
     twist at the ends. Raises InputError for values out of range and for rests without a blend.
+
+    >>> start = vs.paper.sliding().reference.oTc0
+    >>> parts = [vs.servo.translation(start, (v, 0, 0), 1.0) for v in (0.1, 0.2)]
+    >>> print(vs.servo.Linked(start, parts, blend="smooth").duration)
+    3.5
     """
 
     oTc0: Array

@@ -36,6 +36,10 @@ class Path(Trajectory):
     t: (n,) in s, increasing from 0; poses: (n, 4, 4); twists: (n, 6) in the camera frame, m/s and
     rad/s. ``Path.through`` chooses the twists. Raises InputError for times that do not increase,
     other shapes, and neighbours that turn by more than 2 rad.
+
+    >>> start = vs.paper.sliding().reference.oTc0
+    >>> vs.servo.Path(np.array([0, 1.0]), np.stack([start, start]), np.zeros((2, 6))).duration
+    1.0
     """
 
     t: Array

@@ -28,7 +28,13 @@ STEEPEST_SCREW = 1e6
 
 
 class Jump(NamedTuple):
-    """A sudden change of the twist: when (s), and by how much, (6,) in m/s and rad/s."""
+    """A sudden change of the twist: when (s), and by how much, (6,) in m/s and rad/s.
+
+    >>> start = vs.paper.sliding().reference.oTc0
+    >>> parts = [vs.servo.translation(start, (v, 0, 0), 1.0) for v in (0.1, 0.2)]
+    >>> vs.servo.Linked(start, parts, blend="none").jumps[0].t
+    1.0
+    """
 
     t: float
     size: Array
@@ -40,6 +46,10 @@ class Trajectory(ABC):
     ``oTc*' = oTc* · hat(T*)``, so that T* is the twist in the camera frame. At a jump ``twist`` is
     the value after it. Outside its interval a motion goes on as it ends: an oscillation goes on
     oscillating, all others keep the twist of that end.
+
+    >>> slide = vs.paper.sliding()
+    >>> isinstance(slide.reference, vs.servo.Trajectory)
+    True
     """
 
     oTc0: Array  #: (4, 4), the pose at t = 0
@@ -88,6 +98,10 @@ class ConstantScrew(Trajectory):
     ``oTc*(t) = oTc0 · exp(T t)``.
 
     oTc0: (4, 4), the pose at t = 0; T: (6,), (V, Ω) in m/s and rad/s; duration: s.
+
+    >>> start = vs.paper.sliding().reference.oTc0
+    >>> vs.servo.ConstantScrew(start, np.array([0.1, 0, 0, 0, 0, 0]), 2.0).twist(1.0)
+    array([0.1, 0. , 0. , 0. , 0. , 0. ])
     """
 
     oTc0: Array
@@ -113,7 +127,12 @@ class ConstantScrew(Trajectory):
 
 
 def hold(oTc0: Array, duration: float) -> ConstantScrew:
-    """Rest at a pose: (4, 4), s. Raises InputError for a duration that is not above 0."""
+    """Rest at a pose: (4, 4), s. Raises InputError for a duration that is not above 0.
+
+    >>> start = vs.paper.sliding().reference.oTc0
+    >>> vs.servo.hold(start, 2.0).twist(1.0)
+    array([0., 0., 0., 0., 0., 0.])
+    """
     return ConstantScrew(oTc0, np.zeros(6), duration)
 
 
@@ -121,6 +140,10 @@ def translation(oTc0: Array, V: ArrayLike, duration: float) -> ConstantScrew:
     """Translation at a constant velocity of the camera frame (eq. 16).
 
     oTc0: (4, 4); V: (3,) in m/s; duration: s. Raises InputError for values out of range.
+
+    >>> start = vs.paper.sliding().reference.oTc0
+    >>> print(vs.servo.translation(start, V=(0.1, 0, 0), duration=2).twist(0.0))
+    [0.1 0.  0.  0.  0.  0. ]
     """
     return ConstantScrew(oTc0, np.concatenate([checks.vector("V", V, 3), np.zeros(3)]), duration)
 
@@ -134,6 +157,11 @@ def rotation(
 
     oTc0: (4, 4); axis: (3,), direction of r; arm: (3,), d from the camera to a point of the axis in
     the camera frame, m; speed: ω in rad/s; duration: s. Raises InputError for an axis of no length.
+
+    >>> start = vs.paper.sliding().reference.oTc0
+    >>> turn = vs.servo.rotation(start, axis=(0, 1, 0), arm=(0, 0, 0.8), speed=0.1, duration=3)
+    >>> print(turn.twist(0.0))
+    [-0.08  0.    0.    0.    0.1   0.  ]
     """
     r = checks.unit("axis", checks.vector("axis", axis, 3))
     (omega,) = checks.vector("speed", [speed], 1)
@@ -151,6 +179,11 @@ class Oscillation(Trajectory):
     oTc0: (4, 4), the middle; direction: (6,), any length: D has a translation of 1 m, or where it
     has none a rotation of 1 rad; amplitude: a in m or rad accordingly; period, duration: s.
     Raises InputError for a direction of no length, and numbers that are not above 0.
+
+    >>> start = vs.paper.sliding().reference.oTc0
+    >>> sway = vs.servo.Oscillation(start, np.eye(6)[0], amplitude=0.1, period=4, duration=8)
+    >>> print(sway.twist(0.0)[0].round(4))
+    0.1571
     """
 
     oTc0: Array

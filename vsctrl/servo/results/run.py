@@ -26,7 +26,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run(Frames):
-    """A simulation that ran; its arrays, status and scenario are those of ``Frames``."""
+    """A simulation that ran; its arrays, status and scenario are those of ``Frames``.
+
+    >>> run = vs.simulate(vs.paper.sliding())
+    >>> print(round(1e3 * run.lag_along_motion[-1], 6))
+    3.2
+    """
 
     def save(self, path: str | Path) -> None:
         """Write the run to exactly this path as a NumPy archive: all of it or nothing.

@@ -18,7 +18,12 @@ Kind = Literal[
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that a run went on in spite of: what, from which frame on, in how many frames."""
+    """Something that a run went on in spite of: what, from which frame on, in how many frames.
+
+    >>> run = vs.simulate(vs.paper.sliding(latency=0).with_(speed_limit=0.03))
+    >>> run.events[0].frames
+    226
+    """
 
     kind: str
     frame: int
@@ -33,6 +38,9 @@ class Status:
     ok: every frame was computed, and the camera did not end elsewhere than at its reference; kind:
     what happened; frame: the last frame of a complete run, else the frame that failed; sentence:
     the same for a reader, with the cause and the remedy.
+
+    >>> vs.simulate(vs.paper.sliding()).status.kind
+    'completed'
     """
 
     ok: bool

@@ -34,7 +34,12 @@ _HOME = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 
 @dataclass(frozen=True, slots=True)
 class FreeCamera:
-    """A camera that moves as it is told: no joints, so no limits of joints."""
+    """A camera that moves as it is told: no joints, so no limits of joints.
+
+    >>> slide = vs.paper.sliding()
+    >>> vs.servo.feasibility(slide.reference, robot=vs.servo.FreeCamera()).feasible
+    True
+    """
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +55,9 @@ class Gantry(Caching):
     speeds: (6,), m/s and rad/s; accelerations: (6,), m/s² and rad/s² (no figure is published for
     this robot: the default reaches full speed in 0.2 s). wrist_margin: least |cos q₅| allowed; 0
     lets a path cross the singularity. Raises InputError for values out of range.
+
+    >>> print(vs.servo.Gantry().upper)
+    [0.6001 0.6701 0.4601 2.7301 2.4801 1.5901]
     """
 
     bTo: Array = field(default_factory=lambda: np.eye(4))

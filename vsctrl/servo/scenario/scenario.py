@@ -38,6 +38,10 @@ class Scenario(Description):
     """One experiment, valid by construction; units and meaning of each field in its table.
 
     Raises InputError, with one sentence per problem, for anything that cannot be simulated.
+
+    >>> scenario = vs.paper.sliding().with_(noise_px=0.3)
+    >>> scenario.vision.noise_px
+    0.3
     """
 
     def problems(self) -> Iterator[Problem]:
@@ -240,7 +244,12 @@ The names, by table:
 
 
 def schema() -> str:
-    """JSON Schema of a scenario file, for editors that complete and check TOML or JSON."""
+    """JSON Schema of a scenario file, for editors that complete and check TOML or JSON.
+
+    >>> import json
+    >>> json.loads(vs.servo.schema())["type"]
+    'object'
+    """
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    found = head | Scenario.model_json_schema() | {"description": _SUMMARY}
+    found = head | Scenario.model_json_schema() | {"description": _SUMMARY.split("\n\n>>>")[0]}
     return json.dumps(found, indent=2, ensure_ascii=False) + "\n"

@@ -68,6 +68,9 @@ def compare_remedies(
     Errors: `InputError` where there is no latency or no translation, for a mismatch or T_i that
     is no number above 0 or a mismatch of over 100 video periods, where the law cannot tell all
     motions apart at the start, and where no remedy is stable.
+
+    >>> vs.study.compare_remedies(vs.paper.sliding()).agrees
+    True
     """
     scenario = as_scenario(scenario)
     wrong = _mismatch(scenario, mismatch)

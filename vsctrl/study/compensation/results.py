@@ -21,7 +21,11 @@ NUMBERS = ("predicted", "exact", "simulated", "allowed", "agrees", "reason")
 
 @dataclass(frozen=True, kw_only=True)
 class SteadyError(Measured):
-    """A steady error, m: in closed form, by the exact delay and in six degrees of freedom."""
+    """A steady error, m: in closed form, by the exact delay and in six degrees of freedom.
+
+    >>> vs.study.compare_remedies(vs.paper.sliding()).rows[0].error.agrees
+    True
+    """
 
     @property
     def disagreement(self) -> float:
@@ -68,6 +72,9 @@ class Treated:
     """One remedy and what came of it; no errors where it is unstable at the scenario's gain.
 
     `limit.simulated` is None where it was not searched for.
+
+    >>> vs.study.compare_remedies(vs.paper.sliding()).rows[0].remedy.name
+    'no remedy'
     """
 
     remedy: Remedy
@@ -90,7 +97,11 @@ class Treated:
 
 @dataclass(frozen=True, repr=False)
 class Remedies(tables.Tables):
-    """All remedies of one scenario: `rows`, of a ramp of `speed` m/s, and `notes` in sentences."""
+    """All remedies of one scenario: `rows`, of a ramp of `speed` m/s, and `notes` in sentences.
+
+    >>> len(vs.study.compare_remedies(vs.paper.sliding()).rows)
+    12
+    """
 
     scenario: Scenario
     speed: float

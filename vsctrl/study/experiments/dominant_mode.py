@@ -42,7 +42,11 @@ DEADBEAT = 0.05  #: modulus below which nothing is left to measure a rate of
 
 @dataclass(frozen=True, repr=False)
 class DecayModes(Experiment):
-    """Dominant modes in rad/s, decay rate ± j frequency: W₀(−κλτ)/τ, ln z/Tₛ, and as fitted."""
+    """Dominant modes in rad/s, decay rate ± j frequency: W₀(−κλτ)/τ, ln z/Tₛ, and as fitted.
+
+    >>> len(vs.study.decay_modes(vs.paper.sliding(), gains=(2.5,)).rows)
+    1
+    """
 
     title: ClassVar[str] = "dominant mode of a small offset, rad/s: −rate + frequency j"
     form: ClassVar[str] = "+.5f"
@@ -58,6 +62,9 @@ def decay_modes(scenario: GivenScenario, gains: tuple[float, ...] | None = None)
     of M = L̂⁺L has one, for an offset along its vector. Gains at which the offset is gone within a
     frame or two have no rate, and no row. Agreement is asked with the sampled mode.
     Errors: `InputError` where the latency is no whole number of frames, or a gain not above 0.
+
+    >>> vs.study.decay_modes(vs.paper.sliding(), gains=(2.5,)).agrees
+    True
     """
     scenario = as_scenario(scenario)
     period, latency_s = scenario.vision.period, scenario.vision.latency

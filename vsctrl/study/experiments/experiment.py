@@ -24,6 +24,10 @@ class Measured:
     answer). `allowed` is the distance between exact and simulated that counts as agreement, and
     `reason` where it comes from. A simulation without an answer disagrees; `note` says what
     happened.
+
+    >>> found = vs.study.stability_edge(vs.paper.sliding(), frames=(2,), depth_ratios=())
+    >>> print(round(found.rows[0].simulated, 3))
+    15.451
     """
 
     case: str
@@ -56,7 +60,12 @@ class Measured:
 
 @dataclass(frozen=True, repr=False)
 class Experiment(Printed):
-    """The rows of one experiment, and whether all of them agree."""
+    """The rows of one experiment, and whether all of them agree.
+
+    >>> found = vs.study.decay_modes(vs.paper.sliding(), gains=(2.5,))
+    >>> isinstance(found, vs.study.Experiment)
+    True
+    """
 
     scenario: Scenario
     rows: tuple[Measured, ...]

@@ -39,7 +39,11 @@ REASON = "exact for a sideways motion: rounding and what is left of the transien
 
 @dataclass(frozen=True, kw_only=True)
 class SineRow(Measured):
-    """E/S* at one frequency ω (rad/s), with or without feed-forward."""
+    """E/S* at one frequency ω (rad/s), with or without feed-forward.
+
+    >>> vs.study.sine_response(vs.paper.sliding(), omega=[2.0]).rows[0].omega
+    2.0
+    """
 
     omega: float
     feedforward: bool
@@ -47,7 +51,11 @@ class SineRow(Measured):
 
 @dataclass(frozen=True, repr=False)
 class SineResponse(Experiment):
-    """E/S* of the true error: as amplitude and phase by the continuous, held, and 6-DOF loop."""
+    """E/S* of the true error: as amplitude and phase by the continuous, held, and 6-DOF loop.
+
+    >>> len(vs.study.sine_response(vs.paper.sliding(), omega=[2.0]).rows)
+    2
+    """
 
     rows: tuple[SineRow, ...]
 
@@ -74,6 +82,9 @@ def sine_response(scenario: GivenScenario, omega: ArrayLike | None = None) -> Si
     placement; `omega`: frequencies in rad/s below π/Tₛ, by default eight from λ/5 up to nine
     tenths of it. Errors: `InputError` for other frequencies, where the loop is unstable as
     sampled, or the latency is no whole number of frames.
+
+    >>> vs.study.sine_response(vs.paper.sliding(), omega=[2.0]).agrees
+    True
     """
     scenario = as_scenario(scenario)
     top = math.pi / scenario.vision.period

@@ -51,6 +51,9 @@ class LagRow(Measured):
     Sizes count a rotation at the nearest depth. The table shows `as_run` first, then the law and
     `linear`, which must agree. `order` is the power of the twist at which `as_run` leaves the law,
     None where it does not; `curvature` by how much, m. `depth_ratio` ρ and `focal_ratio` φ make M.
+
+    >>> vs.study.matrix_law(vs.paper.sliding()).rows[0].motion
+    'slide along x'
     """
 
     motion: str
@@ -76,6 +79,9 @@ class MatrixLaw(Experiment):
 
     `depth_ratio` is the ρ of M = diag(ρ, ρ, ρ, 1, 1, 1), `focal_ratio` the φ of the rows that
     name it.
+
+    >>> len(vs.study.matrix_law(vs.paper.sliding()).rows)
+    50
     """
 
     rows: tuple[LagRow, ...]
@@ -102,6 +108,9 @@ def matrix_law(
     start, else L̂⁺L there. k_ff is the scenario's, 1 where it has none.
     Errors: `InputError` where the loop is unstable as sampled, the latency is no whole number of
     frames, a ratio is not above 0, or a motion at this start would lose the target.
+
+    >>> vs.study.matrix_law(vs.paper.sliding()).agrees
+    True
     """
     scenario = as_scenario(scenario)
     ratio = _other_than_1(depth_ratio, scenario.law.depth_ratio, DEPTH_RATIO)

@@ -40,7 +40,12 @@ REASON = "1e−5 of it: an offset of 1e−6 depths bends the law by as much, the
 
 @dataclass(frozen=True, repr=False)
 class StabilityEdge(Experiment):
-    """Gain limits λ_max in s⁻¹: π/(2κτ), 2 sin(π/(2(2d + 1)))/(κTₛ), and as it was found."""
+    """Gain limits λ_max in s⁻¹: π/(2κτ), 2 sin(π/(2(2d + 1)))/(κTₛ), and as it was found.
+
+    >>> found = vs.study.stability_edge(vs.paper.sliding(), frames=(2,), depth_ratios=())
+    >>> found.agrees
+    True
+    """
 
     title: ClassVar[str] = "gain limit found by letting the camera go beside its reference, s⁻¹"
     form: ClassVar[str] = ".6f"
@@ -59,6 +64,10 @@ def stability_edge(
     with a wrong focal length the eigenvalue of M = L̂⁺L that is met first.
     Agreement is asked with the sampled limit; the continuous one is shown beside it.
     Errors: `InputError` where a latency is no whole number of frames, or a ratio not above 0.
+
+    >>> found = vs.study.stability_edge(vs.paper.sliding(), frames=(2,), depth_ratios=())
+    >>> print(round(found.rows[0].exact, 3))
+    15.451
     """
     scenario = as_scenario(scenario)
     own = latency(scenario)

@@ -24,7 +24,11 @@ Part = Comparison | StabilityEdge | DecayModes | MatrixLaw | SineResponse
 
 @dataclass(frozen=True, repr=False)
 class Validation(tables.Tables):
-    """What was compared, and in `left_out` why something was not, by its name."""
+    """What was compared, and in `left_out` why something was not, by its name.
+
+    >>> vs.validate_all(vs.paper.sliding()).left_out
+    {}
+    """
 
     scenario: Scenario
     edge: StabilityEdge
@@ -78,6 +82,10 @@ def validate_all(
     each step as it begins.
     Errors: `InputError` where the latency is no whole number of frames, or the target does not tell
     all motions apart.
+
+    >>> found = vs.validate_all(vs.paper.sliding())
+    >>> found.edge.agrees
+    True
     """
     scenario = as_scenario(scenario)
     left_out: dict[str, str] = {}

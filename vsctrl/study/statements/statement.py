@@ -41,6 +41,9 @@ class Statement:
 
     `says` is in our words, but for short quotations; `claim` is the same as a relation that
     `cases` have values for, in `unit`. `how` tells the way in which the values were found.
+
+    >>> vs.study.statements().rows[0].verdict
+    'depends'
     """
 
     where: str
@@ -92,7 +95,11 @@ class Statement:
 
 @dataclass(frozen=True, repr=False)
 class Statements(tables.Printed):
-    """All statements in the paper's order."""
+    """All statements in the paper's order.
+
+    >>> vs.study.statements().summary.split(",")[0]
+    'Of 26 statements of the paper'
+    """
 
     rows: tuple[Statement, ...]
 

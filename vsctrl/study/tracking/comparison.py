@@ -52,6 +52,10 @@ class Comparison(Tables):
     `rows`: the steady lag, of a constant twist or on the legs of a triangle; `waves`: amplitude
     and phase, of a sine; `histories`: the lag frame by frame, of all but a constant twist, and
     `missing` the cases without one; `note`: why there is none of them.
+
+    >>> found = vs.validate(vs.paper.sliding())
+    >>> found.agrees
+    True
     """
 
     scenario: Scenario
@@ -242,6 +246,10 @@ def validate(scenario: GivenScenario) -> Comparison:
     its own frequency. Whatever changes its twist is also held, frame by frame, to figure 1 with its
     velocity held over a frame.
     Errors: `InputError` where the reference has no translation.
+
+    >>> found = vs.validate(vs.paper.sliding())
+    >>> len(found.rows)
+    8
     """
     scenario = as_scenario(scenario)
     every = cases(scenario)

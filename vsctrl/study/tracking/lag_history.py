@@ -37,6 +37,10 @@ class History(CaseResult):
     Along the motion; of an oscillation along its direction, wherever it moves. `simulated` is
     shorter where the run ended early. `allowed` is the difference that counts as agreement, and
     `reason` where it comes from.
+
+    >>> found = vs.validate(vs.paper.oscillation())
+    >>> found.histories[0].agrees
+    True
     """
 
     t: Array

@@ -50,6 +50,10 @@ class Wave(CaseResult):
     actuator. `None`
     where a way has no answer; `note` says why. `allowed` (m) is the difference between sampled and
     simulated that counts as agreement, `reason` where it comes from.
+
+    >>> found = vs.validate(vs.paper.oscillation("sine"))
+    >>> found.waves[0].agrees
+    True
     """
 
     formula: Expr

@@ -42,6 +42,10 @@ class SteadyLag(CaseResult):
     `None` where a way has no answer; `note` then says why. `formula` is the closed form.
     A simulation that runs away where the loop should be stable is a disagreement. Where a motion
     turns or changes depth, the terms of the lag are right to 1 % each, and may cancel in their sum.
+
+    >>> found = vs.validate(vs.paper.sliding())
+    >>> print(round(1e3 * found.rows[-2].exact, 3))
+    3.2
     """
 
     formula: Expr
