@@ -6,7 +6,7 @@ import math
 
 from vsctrl.diagram import Loop
 from vsctrl.diagram.document.applied import Applied
-from vsctrl.diagram.performance.step_info import StepInfo
+from vsctrl.diagram.performance.step_figures import StepInfo
 from vsctrl.report.wording import digits, listed, time
 from vsctrl.study.examination.gain_ranges import known
 
