@@ -19,7 +19,7 @@ def answers(loop: Loop) -> list[str]:
     for one in loop.applied:
         if one.kind != "step" or not one.size or not loop.watched:
             continue
-        channel = loop.system[one.input, loop.watched[0]]
+        channel = loop.channel(one.input, loop.watched[0])
         info = known(channel.step_info)
         if info is not None and info.final is not None and math.isfinite(info.settling_time):
             out.append(_sentence(loop, one, info))
@@ -27,7 +27,7 @@ def answers(loop: Loop) -> list[str]:
 
 
 def _sentence(loop: Loop, one: Applied, info: StepInfo) -> str:
-    when = "In continuous time, after" if loop.sampled else "After"
+    when = "As sampled, after" if loop.sampled else "After"
     start = f"{when} a step of {digits(one.size, 4)} in {one.input}, {loop.watched[0]}"
     if not info.final:
         return f"{start} {_returns(loop, one, info)}."

@@ -13,10 +13,14 @@ Colour = Literal["good", "warning", "bad"]
 
 @dataclass(frozen=True)
 class Verdict:
-    """The first lines about a result; `kind` colours them and is None where nothing is judged."""
+    """The first lines about a result; `kind` colours them and is None where nothing is judged.
+
+    `word` is what tables call it.
+    """
 
     kind: Colour | None
     sentences: tuple[str, ...]
+    word: str = ""
 
 
 @dataclass(frozen=True)
