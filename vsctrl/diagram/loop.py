@@ -23,6 +23,7 @@ from vsctrl.diagram.channel import Channel, OpenLoop
 from vsctrl.diagram.diagram import Diagram
 from vsctrl.diagram.document import check, read, summary, write
 from vsctrl.diagram.document.applied import Applied
+from vsctrl.diagram.performance.step_figures import StepInfo
 from vsctrl.diagram.sampled.channel import SampledChannel
 from vsctrl.diagram.sampled.system import SampledSystem
 from vsctrl.diagram.system import System
@@ -156,6 +157,16 @@ class Loop(Caching):
         Errors: `InputError` for signals that there are not.
         """
         return (self.sampled or self.system)[source, target]
+
+    def step_info(self, source: str, target: str) -> StepInfo:
+        """The step figures of a channel as it runs, worked out once. Errors: as of the channel."""
+        if (source, target) not in self._step_infos:
+            self._step_infos[source, target] = self.channel(source, target).step_info()
+        return self._step_infos[source, target]
+
+    @cached_property
+    def _step_infos(self) -> dict[tuple[str, str], StepInfo]:
+        return {}
 
     def with_(self, **values: float) -> Self:
         """The same loop with other numbers (SI) for some parameters, ``with_(K=3)``.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from vsctrl.diagram import Loop
 from vsctrl.diagram.document.applied import Applied
@@ -19,8 +20,7 @@ def answers(loop: Loop) -> list[str]:
     for one in loop.applied:
         if one.kind != "step" or not one.size or not loop.watched:
             continue
-        channel = loop.channel(one.input, loop.watched[0])
-        info = known(channel.step_info)
+        info = known(partial(loop.step_info, one.input, loop.watched[0]))
         if info is not None and info.final is not None and math.isfinite(info.settling_time):
             out.append(_sentence(loop, one, info))
     return out

@@ -81,14 +81,13 @@ def step_table(loop: Loop) -> Table | None:
 
 
 def _step_row(loop: Loop, source: str, target: str) -> tuple[str, ...] | None:
-    channel = loop.channel(source, target)
     try:
-        info = channel.step_info()
+        info = loop.step_info(source, target)
     except (InputError, LimitError):
         return None
     try:
         against = "input" if info.final and abs(info.final - 1) < 1e-6 else "zero"
-        error = channel.integral_errors(against=against).iae
+        error = loop.channel(source, target).integral_errors(against=against).iae
     except (InputError, LimitError):
         error = math.inf
     unit = loop.time_unit

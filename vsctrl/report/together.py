@@ -93,7 +93,7 @@ def _loop_table(entries: list[Entry]) -> Table:
 def _step_info(loop: Any) -> Any:
     channel = _first_step(loop)
     try:
-        info = None if channel is None else channel.step_info()
+        info = None if channel is None else loop.step_info(channel.source, channel.target)
     except (InputError, LimitError):
         return None
     return info if info is not None and math.isfinite(info.settling_time) else None
