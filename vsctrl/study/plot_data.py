@@ -126,7 +126,7 @@ def _locus(stability: Stability) -> Locus | None:
     unit = stability.opened.pade(PADE_ORDER) * (1 / lam)
     return Locus(
         gains,
-        system.root_locus("lam", gains, 5),
+        system.root_locus("lam", gains, 5).roots,
         PADE_ORDER,
         control.root_locus_map(unit, gains=gains).loci,
         system.poles(5),
