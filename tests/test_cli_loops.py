@@ -149,7 +149,7 @@ def test_roots_are_those_of_lambert_s_function():
     data = json.loads(call("roots", "late.toml", "--set", "K=9", "--json").stdout)
     assert data["unstable"] == (exact_roots(9.0, 40).real > 0).sum()
     text = call("roots", "late.toml").stdout
-    assert text.startswith("late: 0 on or right of the axis\n") and "damping" in text
+    assert text.startswith("late: no roots on or right of the axis\n") and "damping" in text
 
 
 # What they share --------------------------------------------------------------------------------

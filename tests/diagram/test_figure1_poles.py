@@ -170,3 +170,18 @@ def test_the_root_locus_follows_the_branches():
     alone = figure1().at(WORKING | {"tau": 0.0}).root_locus("lam", gains, 2)
     np.testing.assert_allclose(alone[:, 0], -gains)
     assert np.isnan(alone[:, 1]).all()
+
+
+def test_a_root_locus_tells_itself_in_six_lines_and_draws_itself():
+    """Stable up to π/(2τ) = 19.63 s⁻¹."""
+    locus = figure1().at(WORKING).root_locus("lam", [0.5, 2, 12, 19.6, 19.7, 25], 4)
+    lines = str(locus).splitlines()
+    assert len(lines) == 6 and lines[0].startswith("root locus") and "4 rightmost" in lines[0]
+    assert "0.5 to 25, 6 values; its own is 2.5" in lines[1]
+    assert lines[-1].split()[-3:] == ["0.5", "to", "19.6"]
+    first = figure1_poles(0.5 * 0.08, 0.08, 4)[0]
+    assert f"{first.real:.4g}" in lines[2]
+    assert "at lam = 25" in lines[4]
+    picture, table = locus._repr_html_().split("<table>")
+    assert picture.startswith("<svg") and picture.count("<circle") > 6 and table.count("<tr>") == 6
+    np.testing.assert_array_equal(np.asarray(locus), locus.roots)

@@ -221,6 +221,8 @@ def test_an_error_that_stays_has_no_finite_integral_and_a_sentence():
     assert (e.iae, e.ie) == (math.inf, -math.inf) and "still -2" in e.sentence
     sine = channel(1 / (s + 1)).integral_errors(vs.Sine(3.0))
     assert (sine.iae, sine.ie) == (math.inf, None)
+    slow = channel(1 / (s + 1)).integral_errors(vs.Sine(0.001))
+    assert (slow.iae, slow.ie) == (math.inf, None)
     ramp = channel(1 / (s + 1)).integral_errors(vs.Ramp())
     assert ramp.ie == math.inf
     two = channel((2 * s + 1) / (s**2 + 2 * s + 1)).integral_errors(vs.Ramp())

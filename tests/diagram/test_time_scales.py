@@ -44,6 +44,21 @@ def test_a_slow_resonance_of_the_controller_is_the_peak():
     assert found.modulus == pytest.approx(1 / found.peak_sensitivity)
 
 
+def test_a_sharp_peak_at_the_unit_circle_is_seen_beside_thousands_of_lower_ones():
+    """With 0.85° of phase left at 3.1 mrad/s, beside |L| = 0.955 over thousands of turns: a scan.
+
+    Near L = −1, where |L| = 1, the peak of S is that of T but for some per cent.
+    """
+    zeros = Rational(191, 200) * s**2 + Rational(14707, 312500000) * s + Rational(9359, 488281250)
+    C = zeros / s**2
+    found = margins(C * exp(-Rational(13, 200) * s) / (Rational(51, 200000) * s + 1))
+    L = lambda w: complex(C.subs(s, 1j * w)) * np.exp(-0.065j * w) / (1 + 2.55e-4j * w)  # noqa: E731
+    w = 0.0031312580916409 * (1 + np.linspace(-0.05, 0.05, 2001))
+    scanned = max(abs(1 / (1 + L(x))) for x in w)
+    assert scanned > 67 and found.peak_sensitivity == pytest.approx(scanned, rel=1e-4)
+    assert found.peak_frequency == pytest.approx(0.00313, rel=1e-2)
+
+
 @pytest.mark.parametrize("fast", [1, 1e3, 1e6, 1e9, 1e12])
 def test_a_slow_inner_loop_is_not_overlooked(fast):
     """x = (e − x) ε/s has the pole −ε that no block has; 2ε/(s + ε) is 1 at √3 ε, at −60°."""
@@ -82,19 +97,26 @@ def test_the_bandwidth_of_a_loop_that_lets_all_through_is_that_of_its_slow_part(
 
 
 def test_random_loops_of_any_spread_against_a_dense_scan():
-    omega = np.geomspace(1e-9, 1e6, 60_001)
-    for seed in some(range(2000), 12):
-        drawn = slow_and_fast(np.random.default_rng(seed))
-        resolved = omega[omega * drawn.delay < 300]
-        L = drawn.L(1j * resolved)
-        if (np.abs(drawn.L(1j * omega[omega * drawn.delay >= 300])) > 0.9).any():
-            continue  # so many roots that the count is refused, in a sentence
-        found = drawn.system().open("y").margins()
-        told = np.array([w for w, _ in found.gain_crossings])
-        for w in resolved[:-1][np.diff(np.sign(np.abs(L) - 1)) != 0]:
-            assert np.abs(np.log(told / w)).min() < 1e-3, (seed, drawn.blocks, w)
-        peak = np.abs(1 / (1 + L)).max()
-        assert found.peak_sensitivity >= peak * (1 - 1e-9), (seed, drawn.blocks)
-        if found.stable and 0 < found.delay < INF:
-            room = np.angle(-drawn.L(1j * told)) % (2 * math.pi) / told
-            assert found.delay == pytest.approx(room.min(), rel=1e-7), (seed, drawn.blocks)
+    assert sum(is_as_scanned(seed) for seed in some(range(2000), 12)) > 0
+
+
+OMEGA = np.geomspace(1e-9, 1e6, 60_001)
+
+
+def is_as_scanned(seed):
+    """Assert it of one loop; False where it has so many roots that their count is refused."""
+    drawn = slow_and_fast(np.random.default_rng(seed))
+    resolved = OMEGA[OMEGA * drawn.delay < 300]
+    L = drawn.L(1j * resolved)
+    if (np.abs(drawn.L(1j * OMEGA[OMEGA * drawn.delay >= 300])) > 0.9).any():
+        return False
+    found = drawn.system().open("y").margins()
+    told = np.array([w for w, _ in found.gain_crossings])
+    for w in resolved[:-1][np.diff(np.sign(np.abs(L) - 1)) != 0]:
+        assert np.abs(np.log(told / w)).min() < 1e-3, (seed, drawn.blocks, w)
+    peak = np.abs(1 / (1 + L)).max()
+    assert found.peak_sensitivity >= peak * (1 - 1e-9), (seed, drawn.blocks)
+    if found.stable and 0 < found.delay < INF:
+        room = np.angle(-drawn.L(1j * told)) % (2 * math.pi) / told
+        assert found.delay == pytest.approx(room.min(), rel=1e-7), (seed, drawn.blocks)
+    return True

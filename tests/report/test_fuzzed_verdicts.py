@@ -16,7 +16,7 @@ from oracles.linear_scenarios import random_scenario
 from vsctrl.diagram import Loop
 from vsctrl.errors import InputError, LimitError
 from vsctrl.report.loop_tables import margins_table, parameter_table, roots_table, step_table
-from vsctrl.report.loop_verdict import loop_verdict
+from vsctrl.report.loop_verdict import loop_verdict, own_limits
 from vsctrl.report.verdict import verdict
 from vsctrl.study.examination.examination import examination
 from vsctrl.study.examination.gain_ranges import known
@@ -78,10 +78,10 @@ def test_a_random_loop_file_has_first_lines_and_tables_or_an_error_that_is_a_sen
         loop = Loop.from_toml(loop_file(rng))
         opened = known(lambda: loop.open)
         margins = None if opened is None else known(opened.margins)
-        found = loop_verdict(loop, margins)
+        found = loop_verdict(loop, margins, own_limits(loop, margins))
         tables = [roots_table(loop), step_table(loop), parameter_table(loop)]
         if margins is not None:
-            tables.append(margins_table(loop, opened, margins))
+            tables.append(margins_table(loop, opened, margins, "Opened"))
     except (InputError, LimitError) as error:
         assert str(error).endswith("."), error
         return

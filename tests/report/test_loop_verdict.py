@@ -10,7 +10,7 @@ from oracles.random_loops import averaging, slow_and_fast
 
 import vsctrl as vs
 from vsctrl.diagram import Applied, Loop
-from vsctrl.report.loop_verdict import loop_verdict
+from vsctrl.report.loop_verdict import loop_verdict, own_limits
 from vsctrl.report.wording import digits, time
 from vsctrl.study.examination.gain_ranges import known
 from vsctrl.symbols import s
@@ -45,7 +45,8 @@ def unity(transfer, sum_="e = r - y", **fields):
 
 
 def said(loop):
-    found = loop_verdict(loop, known(lambda: loop.open.margins()))
+    margins = known(lambda: loop.open.margins())
+    found = loop_verdict(loop, margins, own_limits(loop, margins))
     return found.kind, " ".join(found.sentences)
 
 
@@ -66,6 +67,39 @@ def test_a_loop_that_a_computer_closes_is_judged_as_sampled():
     bears = max(d for d in range(99) if 2 * math.sin(math.pi / (2 * (2 * d + 1))) > 0.1) - 2
     assert f"{bears} further periods" in words
     assert f"In continuous time its gain could be raised {math.pi / 2 / 0.2:.3g}-fold." in words
+
+
+def test_the_answers_of_a_loop_that_a_computer_closes_are_those_at_its_samples():
+    """y⁺ = y + K (r − y[k − 1]) at 1 s, of K e^{−s}/s, K = 0.5, by recursion."""
+    y = [0.0, 0.0]
+    for _ in range(100):
+        y.append(y[-1] + 0.5 * (1 - y[-2]))
+    y = np.array(y[1:])
+    _, words = said(unity("0.5*exp(-s)/s", period=1, size=2))
+    # The output of the plant is one period late itself.
+    settled = np.flatnonzero(np.abs(y - 1) > 0.02)[-1] + 2
+    rise = (y >= 0.9).argmax() - (y >= 0.1).argmax()
+    over = digits(100 * (y.max() - 1), 3)
+    assert (
+        f"As sampled, after a step of 2 in r, y rises in {rise} s, overshoots by {over} %" in words
+    )
+    assert f"and settles at 2, within 2 % after {settled} s." in words
+
+
+@pytest.mark.parametrize(
+    ("loop", "word"),
+    [
+        (unity("0.5057*exp(-s)/s"), "stable"),
+        (unity("exp(-s)/s"), "stable, little margin"),
+        (unity("2*exp(-s)/s"), "unstable"),
+        (unity("(s + 2)/(2*s + 1)*0.9"), "stable"),
+        (unity("2*(s + 1)/(s + 1/2)"), "stable, bears no delay"),
+        (unity("1.2*exp(-s/100)*(s + 1)/(s + 3)", period=4), "stable, as sampled only"),
+    ],
+)
+def test_a_table_calls_a_loop_by_what_is_to_say_against_it(loop, word):
+    margins = known(lambda: loop.open.margins())
+    assert loop_verdict(loop, margins, own_limits(loop, margins)).word == word
 
 
 def test_a_loop_that_only_the_hold_makes_unstable():

@@ -212,6 +212,8 @@ def test_loci_hold_the_exact_roots_and_cross_the_axis_at_pi_over_2_tau(figure1):
     assert len(np.unique(np.round(drawn, 6))) >= 6 * len(values)
     edge = float(figure.caption.split("lam = ")[1].rstrip("."))
     assert edge == pytest.approx(math.pi / (2 * TAU), rel=0.01)
+    again = vs.plot(figure1.root_locus("lam", values))
+    assert again.caption == figure.caption
     here = curve(figure.axes[0], "lam = 2.5")
     np.testing.assert_allclose(here[0] + 1j * here[1], figure1.poles(6))
 

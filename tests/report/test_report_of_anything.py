@@ -14,10 +14,14 @@ import pytest
 from oracles.html_page import Page, tables
 from scipy.optimize import brentq
 from scipy.special import lambertw
+from sympy import exp
 
 import vsctrl as vs
 from vsctrl.errors import InputError
 from vsctrl.report import Report, plots
+from vsctrl.report.section import Entry, Verdict
+from vsctrl.report.together import together
+from vsctrl.symbols import s
 
 X = 0.5  #: K θ/T
 MOST = 800_000  #: bytes of the page of two loops, one of them all but empty
@@ -172,6 +176,23 @@ def test_loops_share_one_table_and_one_figure(source, page, entries):
     assert entries[1]["data"]["unstable_roots"] == 1 and entries[1]["verdict"]["kind"] == "bad"
     np.testing.assert_allclose(entries[1]["data"]["rightmost_roots_rad_s"], [[1, 0]], rtol=1e-12)
     assert "1 characteristic root is right of the imaginary axis" in page.body
+
+
+def test_the_table_of_a_loop_that_a_computer_closes_has_the_margins_as_sampled():
+    """K e^{−s}/s at 1 s holds z² − z + K: up to K = 1, not π/2."""
+    y = vs.Diagram(
+        [vs.Sum("e = r - y"), vs.Block("plant", exp(-s) / (4 * s), "e -> y")],
+        inputs=["r"],
+        outputs=["y"],
+    )
+    loop = vs.Loop(y, name="held", applied=(vs.Applied("r"),), period=1.0, hold="e")
+    data = {"margins": {"gain": 9.0}, "sampled_margins": loop.sampled.open().margins().data()}
+    entry = Entry("loop", "held", "", Verdict("good", (), word="fine"), (), data, loop)
+    table = together([entry, entry])[0].parts[0]
+    shown = dict(zip(table.heads, table.rows[0], strict=True))
+    assert shown["verdict"] == "fine" and shown["gain margin"] == "× 4"
+    assert number(shown["settling 2 %"]) == round(number(shown["settling 2 %"]))
+    assert table.remarks == ["As sampled: held and held."]
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import click
@@ -49,7 +50,11 @@ def roots(
     elif as_csv:
         asked.csv(("re_rad_s", "im_rad_s"), rows)
     else:
-        click.echo(f"{found.loop.name}: {unstable:g} on or right of the axis")
+        many = (
+            "infinitely many" if math.isinf(unstable) else f"{unstable:.0f}" if unstable else "no"
+        )
+        word = "root" if unstable == 1 else "roots"
+        click.echo(f"{found.loop.name}: {many} {word} on or right of the axis")
         click.echo(f"{'Re s, rad/s':>14}{'Im s, rad/s':>14}{'damping':>10}")
         for root in poles:
             damping = -root.real / abs(root) if root else 0.0

@@ -29,7 +29,8 @@ from vsctrl.diagram.performance.integral_errors import (
     total_variation,
 )
 from vsctrl.diagram.performance.norms import PeakGain, norm, peak_gain
-from vsctrl.diagram.performance.step_info import StepInfo, step_info
+from vsctrl.diagram.performance.step_figures import StepInfo
+from vsctrl.diagram.performance.step_info import step_info
 from vsctrl.diagram.roots import rightmost, zeros
 from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.signals.signal import Signal

@@ -14,13 +14,17 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
+
 from vsctrl import files, toml
 from vsctrl.caching import Caching
 from vsctrl.checks import quoted, require_kind
-from vsctrl.diagram.channel import OpenLoop
+from vsctrl.diagram.channel import Channel, OpenLoop
 from vsctrl.diagram.diagram import Diagram
 from vsctrl.diagram.document import check, read, summary, write
 from vsctrl.diagram.document.applied import Applied
+from vsctrl.diagram.performance.step_figures import StepInfo
+from vsctrl.diagram.sampled.channel import SampledChannel
 from vsctrl.diagram.sampled.system import SampledSystem
 from vsctrl.diagram.system import System
 from vsctrl.errors import InputError, LimitError
@@ -135,10 +139,38 @@ class Loop(Caching):
             return float(self.duration)
         begun = max((float(one.at) for one in self.applied), default=0.0)
         late = float(sum(set().union(*(block.delays for block in self.system.blocks))))
-        rates = [abs(root.real) for root in self.system.poles(6) if root.real < 0]
+        rates = self._rates()
         slowest = SETTLED / min(rates) if rates else 0.0
         span = begun + 3 * late + slowest
         return span if math.isfinite(span) and span > 0 else 1.0
+
+    def _rates(self) -> list[float]:
+        """How fast (1/s) its slowest modes die out, as sampled where a computer closes it."""
+        if self.sampled is not None:
+            try:
+                z = np.abs(self.sampled.poles(6))
+            except LimitError:  # so many that they are not asked for; those of continuous time do
+                z = np.zeros(0)
+            if len(z := z[(z > 0) & (z < 1)]):
+                return list(-np.log(z) / float(self.sampled.period))
+        return [abs(root.real) for root in self.system.poles(6) if root.real < 0]
+
+    def channel(self, source: str, target: str) -> Channel | SampledChannel:
+        """The channel of the loop as it runs: at the samples where a computer closes it.
+
+        Errors: `InputError` for signals that there are not.
+        """
+        return (self.sampled or self.system)[source, target]
+
+    def step_info(self, source: str, target: str) -> StepInfo:
+        """The step figures of a channel as it runs, worked out once. Errors: as of the channel."""
+        if (source, target) not in self._step_infos:
+            self._step_infos[source, target] = self.channel(source, target).step_info()
+        return self._step_infos[source, target]
+
+    @cached_property
+    def _step_infos(self) -> dict[tuple[str, str], StepInfo]:
+        return {}
 
     def with_(self, **values: float) -> Self:
         """The same loop with other numbers (SI) for some parameters, ``with_(K=3)``.

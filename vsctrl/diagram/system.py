@@ -22,6 +22,7 @@ from vsctrl.diagram.description.wiring import is_channel
 from vsctrl.diagram.realisation.numeric import Numeric
 from vsctrl.diagram.realisation.reduction import delays_in_loops
 from vsctrl.diagram.roots import argument_principle, box, rectangle, rightmost
+from vsctrl.diagram.roots.locus import RootLocus
 from vsctrl.diagram.sampled.system import SampledSystem
 from vsctrl.diagram.summary import asked, system_lines
 from vsctrl.errors import InputError
@@ -134,10 +135,11 @@ class System(Lines, Numeric):
         rectangle.check_reach("roots_in", sides[0], self.autonomous)
         return box.roots_in(self.autonomous, *sides)
 
-    def root_locus(self, parameter: str, values: ArrayLike, n: int = 6) -> Complex:
-        """The n rightmost roots (rad/s) at each value of a parameter, (len(values), n).
+    def root_locus(self, parameter: str, values: ArrayLike, n: int = 6) -> RootLocus:
+        """The n rightmost roots (rad/s) at each value of a parameter, `.roots` (len(values), n).
 
-        Roots fall by real part along each row; NaN stands where there are fewer than n.
+        Roots fall by real part along each row; NaN stands where there are fewer than n. It shows
+        itself in a notebook, and as an array it is its roots.
         Errors: `InputError` for an unknown parameter and for values that are not finite and real;
         `LimitError` as `poles`.
         """
@@ -150,7 +152,9 @@ class System(Lines, Numeric):
                 "give one finite real number or more."
             )
         rows = [self.with_(**{parameter: v}).poles(n)[:n] for v in numbers.ravel().tolist()]
-        return np.array([np.pad(row, (0, n - len(row)), constant_values=np.nan) for row in rows])
+        roots = np.array([np.pad(row, (0, n - len(row)), constant_values=np.nan) for row in rows])
+        own = self.values[parameter]
+        return RootLocus(parameter, numbers.ravel(), roots, own, self.poles(n))
 
     def stability_chart(
         self,

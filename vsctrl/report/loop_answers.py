@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from vsctrl.diagram import Loop
 from vsctrl.diagram.document.applied import Applied
-from vsctrl.diagram.performance.step_info import StepInfo
+from vsctrl.diagram.performance.step_figures import StepInfo
 from vsctrl.report.wording import digits, listed, time
 from vsctrl.study.examination.gain_ranges import known
 
@@ -19,8 +20,7 @@ def answers(loop: Loop) -> list[str]:
     for one in loop.applied:
         if one.kind != "step" or not one.size or not loop.watched:
             continue
-        channel = loop.system[one.input, loop.watched[0]]
-        info = known(channel.step_info)
+        info = known(partial(loop.step_info, one.input, loop.watched[0]))
         if info is not None and info.final is not None and math.isfinite(info.settling_time):
             out.append(_sentence(loop, one, info))
     return out
@@ -31,12 +31,12 @@ def first_step_info(loop: Loop) -> StepInfo | None:
     inputs = [one.input for one in loop.applied if one.kind == "step" and one.size]
     if not inputs or not loop.watched:
         return None
-    found: StepInfo | None = known(loop.system[inputs[0], loop.watched[0]].step_info)
+    found: StepInfo | None = known(partial(loop.step_info, inputs[0], loop.watched[0]))
     return found
 
 
 def _sentence(loop: Loop, one: Applied, info: StepInfo) -> str:
-    when = "In continuous time, after" if loop.sampled else "After"
+    when = "As sampled, after" if loop.sampled else "After"
     start = f"{when} a step of {digits(one.size, 4)} in {one.input}, {loop.watched[0]}"
     if not info.final:
         return f"{start} {_returns(loop, one, info)}."

@@ -15,7 +15,7 @@ from vsctrl.report import plots
 from vsctrl.report.figures import figure
 from vsctrl.report.loop_answers import first_step_info
 from vsctrl.report.loop_tables import margins_table, parameter_table, roots_table, step_table
-from vsctrl.report.loop_verdict import loop_verdict, own_limits
+from vsctrl.report.loop_verdict import Limits, loop_verdict, own_limits
 from vsctrl.report.rendering import drawn, equations
 from vsctrl.report.section import Entry, Part, Picture, Section, Verbatim
 from vsctrl.report.tiles import loop_tiles
@@ -36,15 +36,16 @@ def loop_entry(
     opened = _of(lambda: loop.open)
     margins = None if opened is None else _of(opened.margins)
     sections = [_the_loop(loop, opened)]
+    own = own_limits(loop, margins)
     if opened is not None and margins is not None:
-        sections.append(_how_fast(loop, opened, margins, prefix))
+        sections.append(_how_fast(loop, opened, margins, own, prefix))
     sections += _responses(loop, prefix)
     sections.append(_roots(loop, prefix))
     progress(f"{loop.name}: chart, models and check")
     sections += [*_chart(loop, prefix), *_models(loop, opened, prefix), *_check(loop)]
     sections.append(Section("file", "The loop as a file", [_file(loop)], appendix=True))
-    judged = loop_verdict(loop, margins)
-    tiles = loop_tiles(loop, own_limits(loop, margins), judged.kind == "bad", first_step_info(loop))
+    judged = loop_verdict(loop, margins, own)
+    tiles = loop_tiles(loop, own, judged.kind == "bad", first_step_info(loop))
     return Entry(
         kind="loop",
         name=loop.name,
@@ -52,7 +53,7 @@ def loop_entry(
         verdict=judged,
         tiles=tiles,
         sections=sections,
-        data=_data(loop, margins),
+        data=_data(loop, margins, own),
         source=loop,
     )
 
@@ -90,17 +91,27 @@ def _safe(name: str) -> str:
     return "".join(c if c.isalnum() or c == "_" else " " for c in name)
 
 
-def _how_fast(loop: Loop, opened: Any, margins: Margins, prefix: str) -> Section:
-    parts: list[Part] = [
-        margins_table(loop, opened, margins),
-        figure(plots.bode(opened), prefix, "bode", loop.name),
-        figure(plots.nyquist(opened), prefix, "nyquist", loop.name),
-        figure(plots.nichols(opened), prefix, "nichols", loop.name),
+def _how_fast(
+    loop: Loop, opened: Any, margins: Margins, own: Limits | None, prefix: str
+) -> Section:
+    parts: list[Part] = []
+    L, held = opened, ""
+    if own is not None and own.period is not None:
+        L, held = own.L, " in continuous time,"
+        every = f"As sampled every {time(own.period, loop.time_unit)}, opened at {own.at}"
+        parts.append(margins_table(loop, L, own.margins, every))
+    caption = f"Opened at {loop.opened},{held} delays exact"
+    parts += [
+        margins_table(loop, opened, margins, caption),
+        figure(plots.bode(L), prefix, "bode", loop.name),
+        figure(plots.nyquist(L), prefix, "nyquist", loop.name),
+        figure(plots.nichols(L), prefix, "nichols", loop.name),
     ]
     plant_input = _plant_input(loop)
     if plant_input is not None:
         four = _of(lambda: plots.gang_of_four(loop.system, plant_input, loop.opened))
         if four is not None:
+            parts += ["The four sensitivities are those in continuous time."] if held else []
             parts.append(figure(four, prefix, "four", loop.name))
     return Section("margins", "How close to shaking", parts)
 
@@ -120,7 +131,7 @@ def _responses(loop: Loop, prefix: str) -> list[Section]:
         return []
     parts: list[Part] = []
     for i, one in enumerate(loop.applied):
-        channels = [loop.system[one.input, signal] for signal in loop.watched]
+        channels = [loop.channel(one.input, signal) for signal in loop.watched]
         shown = _drawn_response(loop, one.signal, channels)
         if shown is not None:
             plots.in_unit(shown, loop.time_unit)
@@ -223,12 +234,13 @@ def _appendix(anchor: str, title: str, parts: list[Part]) -> list[Section]:
     return [Section(anchor, title, parts, appendix=True)] if parts else []
 
 
-def _data(loop: Loop, margins: Margins | None) -> dict[str, Any]:
+def _data(loop: Loop, margins: Margins | None, own: Limits | None) -> dict[str, Any]:
     poles = loop.system.poles(6)
     return {
         "parameters": {name: float(value) for name, value in loop.values.items()},
         "unstable_roots": plain(loop.system.unstable_roots),
         "rightmost_roots_rad_s": [[float(p.real), float(p.imag)] for p in poles],
         "margins": None if margins is None else plain(margins),
+        "sampled_margins": None if own is None or own.period is None else plain(own.margins),
         "sampled_stable": None if loop.sampled is None else loop.sampled.is_stable,
     }

@@ -6,10 +6,11 @@ import math
 from typing import Any
 
 from vsctrl.diagram import Loop
+from vsctrl.diagram.channel import OpenLoop
 from vsctrl.diagram.frequency.margins import Margins
 from vsctrl.errors import InputError, LimitError
 from vsctrl.report.section import Table
-from vsctrl.report.wording import digits, time
+from vsctrl.report.wording import digits, percent, time
 
 MANY = 6  #: crossings of a kind and roots that are listed
 
@@ -23,8 +24,8 @@ def parameter_table(loop: Loop) -> Table:
     return Table(("parameter", "value, SI", "meaning"), rows, "Parameters", left=3)
 
 
-def margins_table(loop: Loop, opened: Any, margins: Margins) -> Table:
-    """Margins with every crossing behind them, Ms, Mt, delay and disk margin."""
+def margins_table(loop: Loop, opened: Any, margins: Margins, caption: str) -> Table:
+    """Margins with every crossing behind them, Ms, Mt, delay and, of an L(s), disk margin."""
     rows = [
         ("closed loop", "stable" if margins.stable else "unstable"),
         ("gain margin", _factor(margins.gain)),
@@ -35,7 +36,10 @@ def margins_table(loop: Loop, opened: Any, margins: Margins) -> Table:
     if (complementary := getattr(margins, "peak_complementary", None)) is not None:
         rows.append(("Mt = max |T|", digits(complementary, 4)))
     try:
-        disk = opened.disk_margin()
+        disk = opened.disk_margin() if isinstance(opened, OpenLoop) else None
+    except (InputError, LimitError):
+        disk = None
+    if disk is not None:
         rows.append(
             (
                 "disk margin",
@@ -43,11 +47,9 @@ def margins_table(loop: Loop, opened: Any, margins: Margins) -> Table:
                 f"{digits(disk.gain_max, 3)}, or phase ± {digits(math.degrees(disk.phase), 3)}°",
             )
         )
-    except (InputError, LimitError):
-        pass
     rows.append(("|L| = 1 at", _listed(margins.gain_crossings)))
     rows.append(("L real and negative at", _listed(margins.phase_crossings)))
-    return Table((), rows, f"Opened at {loop.opened}, delays exact", left=2)
+    return Table((), rows, caption, left=2)
 
 
 def roots_table(loop: Loop) -> Table:
@@ -74,18 +76,18 @@ def step_table(loop: Loop) -> Table | None:
             if row is not None:
                 rows.append(row)
     heads = ("unit step", "final", "rise 10–90 %", "settling 2 %", "overshoot", "peak", "IAE")
-    return Table(heads, rows, "Step responses") if rows else None
+    title = f"Step responses{', at the samples' * (loop.sampled is not None)}"
+    return Table(heads, rows, title) if rows else None
 
 
 def _step_row(loop: Loop, source: str, target: str) -> tuple[str, ...] | None:
-    channel = loop.system[source, target]
     try:
-        info = channel.step_info()
+        info = loop.step_info(source, target)
     except (InputError, LimitError):
         return None
     try:
         against = "input" if info.final and abs(info.final - 1) < 1e-6 else "zero"
-        error = channel.integral_errors(against=against).iae
+        error = loop.channel(source, target).integral_errors(against=against).iae
     except (InputError, LimitError):
         error = math.inf
     unit = loop.time_unit
@@ -94,7 +96,7 @@ def _step_row(loop: Loop, source: str, target: str) -> tuple[str, ...] | None:
         _number(info.final),
         "–" if info.rise_time is None else time(info.rise_time, unit),
         _time(info.settling_time, loop, "never"),
-        "–" if info.overshoot is None else f"{digits(100 * info.overshoot, 3)} %",
+        "–" if info.overshoot is None else percent(info.overshoot),
         _number(info.peak),
         "–" if not math.isfinite(error) else f"{digits(error, 4)} s",
     )

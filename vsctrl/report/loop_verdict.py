@@ -32,20 +32,28 @@ class Limits:
     period: float | None = None
 
 
-def loop_verdict(loop: Loop, margins: Margins | None) -> Verdict:
-    """Read the numbers of a loop; `margins` is None where it has none."""
+def loop_verdict(loop: Loop, margins: Margins | None, own: Limits | None) -> Verdict:
+    """Read the numbers of a loop; `margins` in continuous time, its `own` as it runs, if any."""
     roots = _unstable_roots(loop, margins)
     sampled = None if loop.sampled is None else loop.sampled.is_stable
     edge = margins is not None and not margins.stable and not roots
     first = _works(loop, roots, sampled, edge)
-    own = own_limits(loop, margins)
     if sampled is False or (sampled is None and (roots or edge)):
         back = tuple(_way_back(loop, own))
-        return Verdict("bad", (first, *back), back)
-    rest = [] if roots else answers(loop)
-    weak = own is not None and (_weak(own.margins) or own.margins.delay == 0)
-    kind: Colour = "warning" if weak or roots or edge else "good"
-    return Verdict(kind, (first, *rest, *_limits(loop, own), *_promised(loop, own)))
+        return Verdict("bad", (first, *back), back, "unstable")
+    word = _word(own, bool(roots or edge))
+    kind: Colour = "good" if word == "stable" else "warning"
+    told = (first, *answers(loop), *_limits(loop, own), *_promised(loop, own))
+    return Verdict(kind, told, word=word)
+
+
+def _word(own: Limits | None, as_sampled_only: bool) -> str:
+    """What a loop that works is called: what there is to say against it, if anything."""
+    if own is not None and _weak(own.margins):
+        return "stable, little margin"
+    if own is not None and own.margins.delay == 0:
+        return "stable, bears no delay"
+    return "stable, as sampled only" if as_sampled_only else "stable"
 
 
 def own_limits(loop: Loop, margins: Margins | None) -> Limits | None:

@@ -15,12 +15,13 @@ Colour = Literal["good", "warning", "bad"]
 class Verdict:
     """The first lines about a result; `kind` colours them and is None where nothing is judged.
 
-    `advice`: those of the sentences that say what to change.
+    `advice`: those of the sentences that say what to change; `word`: what tables call it.
     """
 
     kind: Colour | None
     sentences: tuple[str, ...]
     advice: tuple[str, ...] = ()
+    word: str = ""
 
     @property
     def findings(self) -> tuple[str, ...]:

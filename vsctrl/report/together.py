@@ -10,7 +10,7 @@ from vsctrl.errors import InputError, LimitError
 from vsctrl.report import plots
 from vsctrl.report.figures import figure
 from vsctrl.report.section import Entry, Part, Section, Table
-from vsctrl.report.wording import digits, length, listed, per_second, seconds, time
+from vsctrl.report.wording import digits, length, listed, per_second, percent, seconds, time
 
 STILL = 1e-3  #: of the mean distance, less of which is no swing
 PREFIX = "together"  #: of the ids of figures that are about several entries
@@ -36,8 +36,8 @@ def _of_loops(entries: list[Entry]) -> list[Part]:
     parts: list[Part] = [_loop_table(entries)]
     names = [each.name for each in entries]
     loops = [each.source for each in entries]
-    opened = [loop.open for loop in loops if loop.opened]
-    if len(opened) == len(loops):
+    opened = [_opened(loop) for loop in loops]
+    if None not in opened:
         parts.append(figure(plots.bode(*opened, names=names), PREFIX, "bode"))
         parts.append(figure(plots.nyquist(*opened, names=names), PREFIX, "nyquist"))
     steps = [_first_step(loop) for loop in loops]
@@ -50,44 +50,50 @@ def _of_loops(entries: list[Entry]) -> list[Part]:
     return parts
 
 
+def _opened(loop: Any) -> Any:
+    """L as the loop runs; None where no loop runs through any signal."""
+    if loop.sampled is not None and loop.hold not in loop.diagram.inputs:
+        return loop.sampled.open()
+    return loop.open if loop.opened else None
+
+
 def _first_step(loop: Any) -> Any:
     """The channel from the first input that gets a step to the first signal that is watched."""
     inputs = [one.input for one in loop.applied if one.kind == "step"]
     if not inputs or not loop.watched:
         return None
-    return loop.system[inputs[0], loop.watched[0]]
+    return loop.channel(inputs[0], loop.watched[0])
 
 
 def _loop_table(entries: list[Entry]) -> Table:
     rows = []
     for each in entries:
-        loop, margins = each.source, each.data["margins"] or {}
+        loop = each.source
+        margins = each.data["sampled_margins"] or each.data["margins"] or {}
         unit = loop.time_unit
         info = _step_info(loop)
         rows.append(
             (
                 each.name,
-                {"good": "stable", "warning": "stable, little margin"}.get(
-                    str(each.verdict.kind), "unstable"
-                ),
+                each.verdict.word,
                 _or_dash(margins.get("gain"), lambda value: f"× {digits(value, 4)}"),
                 _or_dash(margins.get("phase"), lambda value: f"{digits(math.degrees(value), 4)}°"),
                 _or_dash(margins.get("delay"), lambda value, unit=unit: time(value, unit)),
                 _or_dash(margins.get("peak_sensitivity"), lambda value: digits(value, 4)),
                 "–" if info is None else time(info.settling_time, unit),
-                "–"
-                if info is None or info.overshoot is None
-                else f"{digits(100 * info.overshoot, 3)} %",
+                "–" if info is None or info.overshoot is None else percent(info.overshoot),
             )
         )
     heads = ("", "verdict", "gain margin", "phase", "delay", "Ms", "settling 2 %", "overshoot")
-    return Table(heads, rows, "Loops", left=2)
+    held = [each.name for each in entries if each.source.sampled is not None]
+    remarks = [f"As sampled: {listed(held)}."] if held else []
+    return Table(heads, rows, "Loops", left=2, remarks=remarks)
 
 
 def _step_info(loop: Any) -> Any:
     channel = _first_step(loop)
     try:
-        info = None if channel is None else channel.step_info()
+        info = None if channel is None else loop.step_info(channel.source, channel.target)
     except (InputError, LimitError):
         return None
     return info if info is not None and math.isfinite(info.settling_time) else None

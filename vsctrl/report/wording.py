@@ -49,6 +49,12 @@ def digits(value: float, n: int) -> str:
     return shown.replace("-", "−")
 
 
+def percent(share: float) -> str:
+    """A share to three digits, 0 of less than a millionth, which no one sees."""
+    return f"{digits(100 * share, 3) if abs(share) >= UNSEEN else '0'} %"
+
+
+UNSEEN = 1e-6
 #: Between these a number is written out.
 SMALLEST, LARGEST = 1e-5, 1e7
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

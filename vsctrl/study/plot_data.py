@@ -13,6 +13,7 @@ import numpy as np
 from vsctrl import loop
 from vsctrl.arrays import Array, Complex
 from vsctrl.diagram import Ramp, Step
+from vsctrl.errors import LimitError
 from vsctrl.study.stability import PADE_ORDERS, Stability
 from vsctrl.study.tracking.steady_lag import PADE_ORDER, forced_response
 
@@ -21,10 +22,14 @@ SLOPE = 0.01  #: m/s, of the ramp that is shown where the reference rests
 
 @dataclass(frozen=True)
 class Frequency:
-    """L(jω) exactly, and of the Padé models by order; ω in rad/s."""
+    """L(jω) exactly with its continuous phase (°), and of the Padé models by order; ω in rad/s.
+
+    The phase is NaN where the delay turns it too often to follow.
+    """
 
     omega: Array
     exact: Complex
+    phase: Array
     pade: dict[int, Complex]
 
 
@@ -80,9 +85,17 @@ def _frequency(stability: Stability) -> Frequency:
     orders = PADE_ORDERS if tau else ()
     return Frequency(
         omega,
-        stability.opened.frequency_response(omega).complex,
+        stability.opened(1j * omega),
+        _phase(stability, omega),
         {n: control.frequency_response(stability.opened.pade(n), omega).complex for n in orders},
     )
+
+
+def _phase(stability: Stability, omega: Array) -> Array:
+    try:
+        return np.asarray(np.degrees(stability.opened.phase(omega)))
+    except LimitError:
+        return np.full(len(omega), math.nan)
 
 
 def _times(stability: Stability) -> Times:
@@ -126,7 +139,7 @@ def _locus(stability: Stability) -> Locus | None:
     unit = stability.opened.pade(PADE_ORDER) * (1 / lam)
     return Locus(
         gains,
-        system.root_locus("lam", gains, 5),
+        system.root_locus("lam", gains, 5).roots,
         PADE_ORDER,
         control.root_locus_map(unit, gains=gains).loci,
         system.poles(5),

@@ -9,11 +9,14 @@ twin to what they approximate. The result is a table that says pass, or where no
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import product
+from typing import Any
 
 import numpy as np
-from sympy import Add, Rational, expand
+from sympy import Add, expand, lambdify
 
 from vsctrl.arrays import Array, Complex
 from vsctrl.checks import quoted
@@ -30,6 +33,7 @@ from vsctrl.symbols import Expr, s
 from vsctrl.tables import Numbers, Printed, html, text
 
 LATE = 0.1  #: least of a transfer function that may be left when s is doubled
+DIGITS = 50  #: with which formulas are evaluated
 TINY = 1e-300
 
 
@@ -96,8 +100,8 @@ def _channel(channel: NumericChannel) -> list[Check]:
     exact = channel(points)
     scale = 1 + np.abs(exact)
     expr = channel.system.transfer(channel.source, channel.target)
-    symbolic = [channel.sign * complex(expr.subs("s", point).evalf(30)) for point in points]
-    faces, allowed = "compiled against symbolic, 30 digits", _phase_rounding(channel, points)
+    symbolic = channel.sign * np.array(_values(expr, points.tolist(), DIGITS))
+    faces, allowed = "compiled against symbolic, 50 digits", _phase_rounding(channel, points)
     compiled = Check(name, faces, _largest(exact - symbolic, scale), 1e-12 * allowed)
     try:
         realised = channel.realisation.transfer(points)[:, 0, 0] * channel.sign
@@ -135,8 +139,8 @@ def _at_zero(channel: NumericChannel, name: str, expr: Expr) -> Check:
     rounding only, and a pole of first order is 1e60.
     """
     faces = "H(0) against symbolic, s → 0"
-    point = Rational(1, 10**60) * Rational(f"{1 / _unit(channel):.17g}")
-    near = channel.sign * complex(expr.subs(s, point).evalf(30, maxn=1000))
+    point = Fraction(1 / _unit(channel)) / 10**60
+    near = channel.sign * _values(expr, [point], 400)[0]
     value = complex(channel(0.0))
     if math.isinf(abs(value)):
         return Check(name, faces, 1 / (1 + abs(near)), 1e-9)
@@ -243,22 +247,35 @@ def _roots(channel: NumericChannel, name: str, expr: Expr) -> Check:
     if above == 0:
         return Check(name, faces, 0.0, 1e-9, "the channel is 0")
     poles = rightmost.poles(channel.realisation, 4)
-    worst = 0.0
-    for pole in np.unique(poles):
-        size, derivative, factor = _terms(below, complex(pole)), below, 1.0
-        for k in range(int((poles == pole).sum())):
-            value = abs(complex(derivative.subs(s, complex(pole)).evalf(30))) * factor
-            # D is moved by ε^{(m − k)/m} of its size over a length of the order of |s|.
-            worst = max(worst, value / (size + TINY))
-            derivative, factor = derivative.diff(s), factor * abs(pole) / (k + 1)
+    different, listed = np.unique(poles, return_counts=True)
+    terms = list(Add.make_args(expand(below)))
+    parts = np.abs(_values(terms, different.tolist(), DIGITS))
+    size = parts.reshape(len(different), len(terms)).sum(axis=1)
+    worst, derivative = 0.0, below
+    for k in range(int(listed.max(initial=0))):
+        at = listed > k
+        values = np.abs(_values(derivative, different[at].tolist(), DIGITS))
+        # D is moved by ε^{(m − k)/m} of its size over a length of the order of |s|.
+        values *= np.abs(different[at]) ** k / math.factorial(k)
+        worst = max(worst, float((values / (size[at] + TINY)).max()))
+        derivative = derivative.diff(s)
     note = "" if len(poles) else "no poles"
     return Check(name, faces, worst, 1e-9, note)
 
 
-def _terms(expr: Expr, at: complex) -> float:
-    """The sum of the moduli of a sum's terms at a point."""
-    terms = Add.make_args(expand(expr))
-    return float(sum(abs(complex(term.subs(s, at).evalf(15))) for term in terms))
+def _values(expr: Any, points: Iterable[complex | Fraction], digits: int) -> list[Any]:
+    """A formula in s, or a list of them, at some points, with so many digits."""
+    import mpmath
+
+    formula = lambdify(s, expr, "mpmath")
+    with mpmath.workdps(digits):
+        exact = (
+            mpmath.mpf(p.numerator) / p.denominator if isinstance(p, Fraction) else mpmath.mpc(p)
+            for p in points
+        )
+        found = [formula(point) for point in exact]
+    many = isinstance(expr, list)
+    return [[complex(x) for x in each] if many else complex(each) for each in found]
 
 
 def _unit(channel: NumericChannel) -> float:

@@ -155,7 +155,13 @@ def margins(
     if unstable_roots == 0 and far is not None and through >= 1 - EDGE:
         delay = 0.0
     inner = (phase_at > 0) & (phase_at < math.inf)
-    close = phase_at[inner][np.abs(np.log(factors[inner])).argsort()[:4]]
+    # Past −1 L crosses the real axis or the unit circle, and either may be all that shows it.
+    close = np.concatenate(
+        [
+            phase_at[inner][np.abs(np.log(factors[inner])).argsort()[:4]],
+            gain_at[np.abs(phases).argsort()[:4]],
+        ]
+    )
     peak_at, peak = highest_peak(L, ends, None, distance, limits, close)
     top_at, top = highest_peak(L, ends, size, distance, limits, close)
     if tail is not None:

@@ -23,7 +23,8 @@ def highest_peak(
 ) -> tuple[float, float]:
     """(ω, value) of the largest √(above/below), the limits of the band included.
 
-    A peak too sharp for a piece's samples to show is looked for in the pieces that hold `also`.
+    A peak too sharp for a piece's samples to show is looked for in the pieces that hold `also`, in
+    those beside them, and in those of whose values least is known.
     `below` holds |1 + L|²; `above` |L|² for T = L/(1 + L), or is None for S = 1/(1 + L).
     """
     degree = (2 if above is None else 4) * DEGREE
@@ -32,11 +33,13 @@ def highest_peak(
     over = np.ones_like(under) if above is None else above @ values[:, : below.shape[1]].T
     samples = (over / under).max(axis=1)
     # Only a piece whose largest possible value exceeds the best sample can hold the maximum.
-    most = 1.0 if above is None else np.abs(above).sum(axis=1)
+    most = np.ones(len(below)) if above is None else np.abs(above).sum(axis=1)
     least = below[:, 0] - np.abs(below[:, 1:]).sum(axis=1)
     close = np.argsort(-samples)[:8]
     holds = np.searchsorted(ends[:, 0], np.log(also), "right") - 1
-    close = np.unique(np.concatenate([close, np.maximum(holds, 0)]))
+    unsure = np.argsort(least / np.maximum(most, 1e-300))[:8]
+    beside = np.clip(np.concatenate([holds - 1, holds, holds + 1]), 0, len(ends) - 1)
+    close = np.unique(np.concatenate([close, beside, unsure]))
     close = close[((least <= 0) | (most >= samples.max() * least))[close]]
     slope = below_slope = below[close] @ slope_matrix(2 * DEGREE)
     if above is not None:

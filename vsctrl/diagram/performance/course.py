@@ -37,7 +37,7 @@ def course(system: DelaySystem, signal: Signal, decay: Decay) -> Trajectory:
     last = max((float(start) for start, _ in signal.primitives), default=0.0)
     lag = last + float(system.tau.sum())
     fastest = float(np.abs(np.linalg.eigvals(system.A)).max(initial=0.0))
-    horizon = lag + LIVES / min(decay.rate, *_rates(signal), math.inf)
+    horizon = lag + LIVES / min(decay.rate, *rates(signal), math.inf)
     horizon = 1.1 * horizon if horizon else 1.0
     _check_swings(decay.poles)
     if horizon * fastest > STEPS and isinstance(signal, Step):
@@ -60,8 +60,8 @@ def _check_swings(poles: Complex) -> None:
         )
 
 
-def _rates(signal: Signal) -> list[float]:
-    """Those at which parts of the signal itself die out."""
+def rates(signal: Signal) -> list[float]:
+    """Those (1/s) at which parts of a signal itself die out."""
     parts = [part for _, part in signal.primitives]
     return [-part.rate for part in parts if isinstance(part, Exponential) and part.rate < 0]
 

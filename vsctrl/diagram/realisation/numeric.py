@@ -37,4 +37,4 @@ class Numeric(Caching):
         """The exact transfer function in s from an input to a signal, numbers put in."""
         symbols = self.diagram.parameters
         numbers = {symbols[name]: decimal(f"at: {name}", x) for name, x in self.values.items()}
-        return self.diagram.transfer(source, target).subs(numbers)
+        return self.diagram.transfer(source, target).xreplace(numbers)

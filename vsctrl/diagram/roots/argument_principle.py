@@ -48,7 +48,7 @@ class RootsRight(Lines, Numbers):
     def _lines(self) -> dict[str, str]:
         how = "" if self.certified else " found, not certified"
         return {
-            f"roots right of {self.sigma:g} rad/s": f"{self.count:g}{how}",
+            f"roots right of {self.sigma:g} rad/s": f"{self.count:.0f}{how}",
             "at": roots_listed(self.roots.tolist()),
         }
 

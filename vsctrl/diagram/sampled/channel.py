@@ -19,11 +19,14 @@ from vsctrl.caching import Caching
 from vsctrl.checks import frequencies, is_whole, points, quoted, reals
 from vsctrl.diagram.frequency.margins import Margins, margins
 from vsctrl.diagram.frequency.numeric_channel import NumericChannel
+from vsctrl.diagram.performance.integral_errors import IntegralErrors
+from vsctrl.diagram.performance.step_figures import StepInfo
 from vsctrl.diagram.realisation.numeric import Numeric
-from vsctrl.diagram.sampled import cut
+from vsctrl.diagram.sampled import cut, step_figures
 from vsctrl.diagram.sampled.difference_equation import DifferenceEquation
 from vsctrl.diagram.sampled.hidden_poles import LaurentSeries, beside, of_loop, without
 from vsctrl.diagram.sampled.poles import Poles
+from vsctrl.diagram.signals.elementary import Step
 from vsctrl.diagram.signals.signal import Signal
 from vsctrl.diagram.summary import asked
 from vsctrl.diagram.symbolic import evaluation
@@ -34,6 +37,7 @@ from vsctrl.tables import Lines, roots_listed
 if TYPE_CHECKING:
     import control
 
+STEP = Step()
 MOST_SAMPLES = 10_000_000  #: of one response, which is worked out sample by sample
 
 
@@ -192,6 +196,30 @@ class SampledChannel(Lines, Caching):
                 f"response: n = {quoted(n)}, but there are {len(samples)} samples; drop n."
             )
         return np.asarray(float(self.twin.period) * np.arange(len(samples))), samples
+
+    def step_info(self, settling: float = 0.02, rise: tuple[float, float] = (0.1, 0.9)) -> StepInfo:
+        """Rise and settling time, overshoot, peak and dead time of the response at the samples.
+
+        As of a continuous channel, from rest, of a unit step that a sample sees at t = 0; all
+        times are those of samples, whole periods. Between samples a continuous output may go
+        further, which nothing in the computer sees: ask the twin of a shorter period, or
+        `system[…].step_info()` where the loop is continuous.
+        Errors: `InputError` for fractions that are none; `LimitError` where it takes too many
+        samples until it is at rest.
+        """
+        return step_figures.step_info(self, settling, rise)
+
+    def integral_errors(self, signal: Signal = STEP, against: str | None = None) -> IntegralErrors:
+        """T Σ|e|, T Σe², T Σt|e| and T Σe over the samples of the error to a signal, from rest.
+
+        T the period, e and `against` as of a continuous channel. A signal that is held has these
+        sums for integrals, but for ITAE, in which t is that of the sample; those of others tend to
+        the integrals with the period. Infinite, with a sentence, where e does not die out.
+        Errors: `InputError` for what is no signal and another `against`; `LimitError` as
+        `step_info`.
+        """
+        check_signal(signal)
+        return step_figures.integral_errors(self, signal, against)
 
     def poles(self, n: int | None = None) -> Complex:
         """The n poles of largest modulus (all without n): of the closed loop and of the way here.

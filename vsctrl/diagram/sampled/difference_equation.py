@@ -17,6 +17,10 @@ from numpy.typing import NDArray
 from vsctrl.arrays import Array
 from vsctrl.caching import Caching
 
+MANY = 2000  #: samples above which a run …
+FEW = 500  #: … of a state space not larger than this goes block by block, …
+BLOCK = 128  #: … of so many samples each
+
 _Rows = tuple[list[int], list[int], Array]  #: (rows, their depth, mix of them)
 
 
@@ -55,6 +59,8 @@ class DifferenceEquation(Caching):
     def run(self, samples: Array) -> Array:
         """y[k], (n, p), for input samples e[k], (n, r), from rest."""
         m, length = self.inner, len(samples)
+        if length > MANY and self.order <= FEW and samples.shape[1] == 1:
+            return _in_blocks(self.state_space(), samples[:, 0])
         longest = max(self.taps)
         past = np.zeros((longest + length + 1, m + samples.shape[1]))
         past[longest : longest + length, m:] = samples
@@ -123,6 +129,30 @@ class DifferenceEquation(Caching):
         if sum(columns.values()) < sum(rows[1]):
             return rows, columns, sum(columns.values())
         return rows, {}, sum(rows[1])
+
+
+def _in_blocks(system: tuple[Array, Array, Array, Array], u: Array) -> Array:
+    """y[k], (n, p), of a one-input state space from rest: each block from the state before it."""
+    A, B, C, D = system
+    powers = [np.eye(len(A))]
+    for _ in range(BLOCK):
+        powers.append(A @ powers[-1])
+    seen = np.stack([C @ power for power in powers[:-1]])  # (block, p, states)
+    pulse = np.concatenate([D[None, :, 0], (seen @ B)[:-1, :, 0]])  # (block, p)
+    ago = np.subtract.outer(np.arange(BLOCK), np.arange(BLOCK))
+    direct = np.where((ago >= 0)[..., None], pulse[np.maximum(ago, 0)], 0.0).transpose(0, 2, 1)
+    into = np.hstack([power @ B for power in powers[-2::-1]])  # (states, block)
+    blocks = np.zeros((-(-len(u) // BLOCK), BLOCK))
+    blocks.ravel()[: len(u)] = u
+    y = blocks @ direct.reshape(-1, BLOCK).T
+    x = np.zeros(len(A))
+    onward = np.vstack([seen.reshape(-1, len(A)), powers[-1]])
+    entering = blocks @ into.T
+    for k, come in enumerate(entering):
+        both = onward @ x
+        y[k] += both[: y.shape[1]]
+        x = both[y.shape[1] :] + come
+    return np.asarray(y.reshape(-1, len(C))[: len(u)])
 
 
 def _different(taps: dict[int, Array], delays: list[int]) -> _Rows:

@@ -22,7 +22,11 @@ class Model(Solved):
         `source` is an input of the diagram; `target` any signal.
         """
         self.check_channel(source, target)
-        return transfer_function.expression(self, source, target)
+        return self._formula(source, target)
+
+    @cached_property
+    def _formula(self) -> Callable[[str, str], sp.Expr]:
+        return cache(partial(transfer_function.expression, self))
 
     @cached_property
     def coefficients(self) -> Coefficients:

@@ -12,6 +12,7 @@ from vsctrl.errors import InputError
 from vsctrl.report.plots.canvas import LETTERS, NOTEBOOK, Size, canvas, legend, say
 from vsctrl.report.plots.margin_words import short
 from vsctrl.report.plots.style import EXACT, GREY, INK, PADE, WITH, WITHOUT
+from vsctrl.report.wording import length
 from vsctrl.study import Comparison, Validation
 
 ROW = 0.3  #: inches a case
@@ -62,7 +63,7 @@ def comparison(result: Any, *, ax: Any = None, size: Size = None) -> Figure:
         words = {True: "All ways agree", False: "The ways DISAGREE", None: "Nothing to compare"}
         caption = words[result.agrees]
         if result.largest_disagreement is not None:
-            caption += f"; they differ by {short(1e3 * result.largest_disagreement, ' mm')} at most"
+            caption += f"; they differ by {length(result.largest_disagreement)} at most"
         about = f"The lag of {len(rows)} cases by closed form, models and simulation."
         say(figure, axes, f"{caption}.", f"{caption}.", about, room=0.6)
     return figure
@@ -148,7 +149,7 @@ def _histories(result: Comparison, ax: Any, size: Size) -> Figure:
         axes.set_ylabel("lag, mm")
         axes.set_xlim(0, float(max(each.t[-1] for each in chosen)))
         legend(figure, axes)
-        largest = 1e3 * max(each.largest for each in chosen)
-        words = f"The lag is at most {short(largest, ' mm')}."
+        largest = max(each.largest for each in chosen)
+        words = f"The lag is at most {length(largest)}."
         say(figure, axes, words, words, "The lag over time, predicted and simulated.")
     return figure

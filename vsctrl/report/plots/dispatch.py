@@ -13,6 +13,7 @@ from vsctrl.checks import quoted
 from vsctrl.diagram import Loop
 from vsctrl.diagram.channel import Channel
 from vsctrl.diagram.description.wiring import Wiring
+from vsctrl.diagram.roots.locus import RootLocus
 from vsctrl.diagram.sampled.channel import SampledChannel
 from vsctrl.diagram.sampled.system import SampledSystem
 from vsctrl.diagram.stability_chart.chart import StabilityChart
@@ -27,7 +28,7 @@ from vsctrl.report.plots.measured import sine_response
 from vsctrl.report.plots.overviews import loop_overview, scenario_loop_overview, system_overview
 from vsctrl.report.plots.pade_study import pade
 from vsctrl.report.plots.remedies import remedies
-from vsctrl.report.plots.root_maps import pole_map
+from vsctrl.report.plots.root_maps import locus_figure, pole_map
 from vsctrl.report.plots.run import run_figure
 from vsctrl.report.plots.time_responses import time_response
 from vsctrl.servo import Run, Scenario
@@ -37,6 +38,7 @@ Draw = Callable[..., Figure]
 
 DRAWABLE = (
     "a diagram, a system, a channel, an opened loop, a loop, a sampled twin, a stability chart, "
+    "a root locus, "
     "a run, a comparison, a validation, remedies, or python-control's systems and responses"
 )
 
@@ -51,6 +53,7 @@ _KINDS: list[tuple[type, Draw]] = [
     (SampledSystem, pole_map),
     (SampledChannel, bode),
     (StabilityChart, stability_chart),
+    (RootLocus, locus_figure),
     (Run, run_figure),
     (Comparison, comparison),
     (Validation, validation),

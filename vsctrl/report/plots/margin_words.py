@@ -6,15 +6,12 @@ import math
 
 from vsctrl.diagram.frequency.margins import Margins
 from vsctrl.report.plots.subject import Subject
+from vsctrl.report.wording import digits
 
 
 def short(value: float, unit: str = "") -> str:
     """A number of three digits with its unit, as text: −0.0123 s, ∞."""
-    if math.isinf(value):
-        return "−∞" if value < 0 else "∞"
-    value = 0.0 if abs(value) < 1e-9 else value
-    text = f"{value:.3g}".replace("e-0", "e−").replace("e+0", "e").replace("-", "−")
-    return f"{text}{unit}"
+    return f"{digits(0.0 if abs(value) < 1e-9 else value, 3)}{unit}"
 
 
 def nearest_gain(m: Margins) -> tuple[float, float] | None:

@@ -15,6 +15,7 @@ from scipy.optimize import linear_sum_assignment
 from vsctrl.arrays import Array, Complex
 from vsctrl.checks import quoted, reals
 from vsctrl.diagram.channel import Channel
+from vsctrl.diagram.roots.locus import RootLocus
 from vsctrl.diagram.sampled.channel import SampledChannel
 from vsctrl.diagram.sampled.system import SampledSystem
 from vsctrl.diagram.system import System
@@ -94,9 +95,17 @@ def root_locus(
     if not isinstance(system, System):
         raise InputError(f"root_locus: {quoted(system)} is no system; give diagram.at(…).")
     grid = values_of("root_locus", system, parameter, values, STEPS)
-    rows = system.root_locus(parameter, grid, n)
+    return locus_figure(system.root_locus(parameter, grid, n), ax=ax, size=size)
+
+
+def locus_figure(locus: RootLocus, *, ax: Any = None, size: Size = None) -> Figure:
+    """A root locus that is worked out, as `root_locus` draws it.
+
+    ax: axes of yours. size: (width, height), inches. Returns the figure, with `caption` and `alt`.
+    """
+    rows, here = locus.roots, locus.here
+    parameter, grid = locus.parameter, locus.values
     branches = _branches(rows)
-    here = system.poles(n)
     with canvas(ax, size, (5.6, 5.2)) as (figure, (axes,)):
         axes.plot([], [], color=EXACT, label=f"as {plain(parameter)} grows")
         for branch in branches.T:
@@ -108,7 +117,7 @@ def root_locus(
         start = f"{plain(parameter)} = {short(float(grid[0]))}"
         axes.plot(first.real, first.imag, "o", markersize=5, label=start, **dots)
         dots |= {"color": WITHOUT, "markersize": 8, "markeredgewidth": 1.8}
-        own = f"{plain(parameter)} = {short(system.values[parameter])}"
+        own = f"{plain(parameter)} = {short(locus.own)}"
         axes.plot(here.real, here.imag, "x", label=own, **dots)
         # The picture is of the roots that decide; those farther left are cut off.
         shown = here[:SHOWN] if len(here) else rows[-1][:SHOWN]

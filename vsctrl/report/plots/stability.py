@@ -42,11 +42,11 @@ def bode_against_pade(data: Frequency, stability: Stability) -> Figure:
         top.set_ylabel("|L(jω)|, dB")
         for order, values in data.pade.items():
             bottom.semilogx(data.omega, phase(values), color=PADE[order], label=f"Padé {order}")
-        bottom.semilogx(data.omega, phase(data.exact), color=EXACT, label="exact delay")
+        bottom.semilogx(data.omega, data.phase, color=EXACT, label="exact delay")
         bottom.axhline(-180, color=INK, linewidth=0.8)
         bottom.set_ylabel("arg L(jω), °")
         bottom.set_xlabel("ω, rad/s")
-        low = max(float(phase(data.exact).min()), -720.0)
+        low = max(float(np.nan_to_num(data.phase, nan=-720.0).min()), -720.0)
         bottom.set_ylim(low - 20, -60)
         bottom.set_yticks(np.arange(-90, low - 20, -90)[::-1])
         if margins.gain_crossings:
