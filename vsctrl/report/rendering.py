@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import jinja2
 from markupsafe import Markup
 
-from vsctrl.report.section import Picture, Table, Verbatim
+from vsctrl.report.section import Picture, Scripted, Table, Verbatim
 from vsctrl.study.tracking.sine_error import polar
 from vsctrl.study.tracking.steady_lag import millimetres
 from vsctrl.tables import visible
@@ -42,6 +42,7 @@ def _environment() -> jinja2.Environment:
     environment.tests |= {
         "table": lambda part: isinstance(part, Table),
         "picture": lambda part: isinstance(part, Picture),
+        "scripted": lambda part: isinstance(part, Scripted),
         "verbatim": lambda part: isinstance(part, Verbatim),
         "markup": lambda part: isinstance(part, Markup),
     }
