@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import unicodedata
 from collections.abc import Mapping
 from typing import Any
 
@@ -139,7 +140,7 @@ def _band(loop: Loop) -> dict[str, float]:
     """The frequencies (rad/s) that are drawn: two decades below the crossings and one above."""
     margins = loop.open.margins()
     at = [w for w, _ in (*margins.gain_crossings, *margins.phase_crossings) if 0 < w < math.inf]
-    low, high = (min(at) / 20, max(at[:4]) * 10) if at else (1e-2, 1e2)
+    low, high = (min(at) / 20, max(at[:2]) * 5) if at else (1e-2, 1e2)
     return {"low": 10.0 ** math.floor(math.log10(low)), "high": 10.0 ** math.ceil(math.log10(high))}
 
 
@@ -152,13 +153,32 @@ def chosen_parameters(loop: Loop) -> list[str]:
         for delay in block.rational.delays.values()
         for symbol in delay.free_symbols
     }
-    usable = [key for key, value in loop.values.items() if value > 0]
+    order = [
+        symbol for block in diagram.blocks for symbol in sorted(block.expr.free_symbols, key=str)
+    ]
+    keys = sorted(loop.values, key=lambda key: order.index(diagram.parameters[key]))
+    usable = [key for key in keys if loop.values[key]]
     delays = [key for key in usable if diagram.parameters[key] in late]
+    delays.sort(key=lambda key: key.endswith("hat"))  # what a model believes comes after what is
     gains = [key for key in usable if key not in delays and _is_gain(loop, key)]
     rest = [key for key in usable if key not in delays and key not in gains[:1]]
     return [*gains[:1], *delays[:1], *[k for k in rest + delays[1:] if k not in delays[:1]]][
         :MOST_SLIDERS
     ]
+
+
+def letters(name: str) -> str:
+    """A parameter's name as it is read: theta_hat is θ_hat, lam is λ."""
+    return "_".join(map(_letter, name.split("_")))
+
+
+def _letter(word: str) -> str:
+    name = {"lam": "lamda", "lambda": "lamda"}.get(word.lower(), word.lower())
+    size = "CAPITAL" if word[:1].isupper() else "SMALL"
+    try:
+        return unicodedata.lookup(f"GREEK {size} LETTER {name.upper()}") if name else word
+    except KeyError:
+        return word
 
 
 def _is_gain(loop: Loop, key: str) -> bool:
@@ -177,12 +197,12 @@ def _slider(loop: Loop, key: str) -> Spec:
     scale = in_si(1.0, unit) if unit else 1.0
     return {
         "key": key,
-        "name": key,
+        "name": letters(key),
         "unit": unit,
         "factor": scale,
-        "low": value / SPREAD,
-        "high": value * SPREAD,
-        "log": True,
+        "low": value / SPREAD if value > 0 else 3 * value,
+        "high": value * SPREAD if value > 0 else 0.0,
+        "log": value > 0,
         "value": value,
         "meaning": loop.meanings.get(key, ""),
     }

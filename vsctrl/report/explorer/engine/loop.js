@@ -71,7 +71,8 @@ class LoopAt {
         fall ? [0, 0] : [leading(N) / leading(D), 0],
       ];
       const found = marginsOf(L, band, limits, stable);
-      if (fall && !(found.gain < Infinity)) found.gain = this.nextFactor(band[band.length - 1][0]);
+      if (fall && (found.gain === Infinity || found.peak_sensitivity < 1 / (1 - LEAST)))
+        this.beyond(found, band[band.length - 1][0]);
       if (stable && !fall && Math.abs(limits[1][0]) >= 1 - EDGE) found.delay = 0;
       return { ...found, unstable, stable };
     });
@@ -97,19 +98,26 @@ class LoopAt {
     });
   }
 
-  // The gain factor at the first phase crossing beyond the band, if there is one.
-  nextFactor(start) {
+  // The gain margin and the peak where no crossing and no peak within the band are beyond doubt:
+  // both are looked for in ever longer stretches, until |L| is nowhere large enough beyond. Where
+  // delays nearly cancel it ripples far out.
+  beyond(found, start) {
     const [N, D] = this.opened;
     const late = [...N, ...D].reduce((most, { tau }) => Math.max(most, tau), 0);
     const L = (w) => this.L(w);
-    const limits = [null, null];
-    for (let from = start, i = 0; i < 12; i++) {
-      const to = late ? from + (4 * Math.PI) / late : from * 10;
-      const found = marginsOf(L, sampledBand(L, from, to, late), limits, true);
-      if (found.gain < Infinity) return found.gain;
+    for (let from = start, i = 0; i < (late ? 8 : 12); i++) {
+      const matters = Math.min(1 / found.gain, 1 - 1 / found.peak_sensitivity);
+      let most = 0;
+      for (let k = 0; k <= 2000; k++) most = Math.max(most, Math.hypot(...L(from * (1 + k / 2000))));
+      if (found.gain < Infinity && (!late || most <= matters)) break;
+      const to = late ? from + (4 * Math.PI * 2 ** i) / late : from * 10;
+      const band = sampledBand(L, from, to, late);
+      const factors = phaseCrossings(L, band).map(([, factor]) => factor);
+      found.gain = Math.min(found.gain, ...factors.filter((f) => f >= 1));
+      const [w, peak] = peakOf(L, band.map((point) => point[0]), band, [null, null]);
+      if (peak > found.peak_sensitivity) Object.assign(found, { peak_sensitivity: peak, peak_frequency: w });
       from = to;
     }
-    return Infinity;
   }
 
   // Where the loop would become unstable (or stable again) if one parameter were moved alone: from

@@ -76,23 +76,31 @@ function extremum(f, a, b) {
   return rate(a) * rate(b) < 0 ? zeroBetween(rate, a, b) : null;
 }
 
+const turnFrom = (v) => Math.atan2(-v[1], -v[0]); // of −1
+
+// [ω, gain factor] where L crosses the negative real axis.
+function phaseCrossings(L, band) {
+  const turns = band.map((p) => turnFrom([p[1], p[2]]));
+  const passes = (i) => Math.abs(turns[i] - turns[i - 1]) < 3;
+  const out = [];
+  for (const x of zerosOf((w) => turnFrom(L(w)), band.map((p) => p[0]), turns, passes)) {
+    const v = L(x);
+    const size = Math.hypot(v[0], v[1]);
+    // At a zero or a pole on the axis L turns by half a turn in one place, where it is rounding.
+    if (Math.abs(v[1]) < 1e-6 * size && v[0] < 0) out.push([x, 1 / size]);
+  }
+  return out;
+}
+
 // The margins. `limits`: L at ω = 0 and ∞, [re, im], or null where there is none that is finite;
-// `stable`: no unstable root; `beyond(w)`: samples up to w, where a phase crossing may still come.
+// `stable`: no unstable root.
 function marginsOf(L, band, limits, stable) {
   const w = band.map((point) => point[0]);
   const log = (x) => { const v = L(x); return Math.log(Math.hypot(v[0], v[1])); };
   const gainAt = zerosOf(log, w, band.map((p) => Math.log(Math.hypot(p[1], p[2]))), () => true)
     .filter((x) => Math.abs(log(x)) < 1e-6);
-  const turn = (x) => { const v = L(x); return Math.atan2(-v[1], -v[0]); };
-  const turns = band.map((p) => Math.atan2(-p[2], -p[1]));
-  const passes = (i) => Math.abs(turns[i] - turns[i - 1]) < 3;
-  const crossings = [];
-  for (const x of zerosOf(turn, w, turns, passes)) {
-    const v = L(x);
-    const size = Math.hypot(...v);
-    // At a zero or a pole on the axis L turns by half a turn in one place, where it is rounding.
-    if (Math.abs(v[1]) < 1e-6 * size && v[0] < 0) crossings.push([x, 1 / size]);
-  }
+  const turn = (x) => turnFrom(L(x));
+  const crossings = phaseCrossings(L, band);
   [0, Infinity].forEach((end, i) => {
     const limit = limits[i];
     if (limit && limit[0] < 0 && limit[1] === 0) crossings.push([end, -1 / limit[0]]);

@@ -6,7 +6,7 @@ const COLUMNS = 24;
 
 class Chart {
   constructor(parent, x, y, moved) {
-    const axis = (s) => ({ low: s.low / s.factor, high: s.high / s.factor, log: s.log, label: s.name });
+    const axis = (s) => ({ low: s.low / s.factor, high: s.high / s.factor, log: s.log, label: s.unit ? `${s.name}, ${s.unit}` : s.name });
     this.x = x;
     this.y = y;
     this.frame = made("div", { class: "chart" }, parent);
@@ -86,7 +86,7 @@ class Chart {
       try { return kind.unstable(loop.at({ ...values, [this.x.key]: x, [this.y.key]: y })) === 0; } catch { return false; }
     };
     const edge = (a, b, at) => {
-      for (let i = 0; i < 14; i++) { const m = (a + b) / 2; if (stable(m) === at) a = m; else b = m; }
+      for (let i = 0; i < 9; i++) { const m = (a + b) / 2; if (stable(m) === at) a = m; else b = m; }
       return (a + b) / 2;
     };
     const out = [];

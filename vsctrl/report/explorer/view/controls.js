@@ -27,6 +27,7 @@ class Slider {
     return +(value / this.factor).toPrecision(4) * this.factor;
   }
 
+  // Where a value stands between low and high.
   share(value) {
     const { low, high, log } = this;
     return log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);

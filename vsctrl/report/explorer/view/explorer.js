@@ -68,7 +68,7 @@ class Explorer {
     const common = { horizon: data.horizon, unit: data.time.unit, factor: data.time.factor };
     this.courses = data.model.shown.length ? [
       new Course(courses, { ...common, title: `Step of 1 in ${data.model.shown[0].input}`, label: data.model.shown[0].output,
-        tracks: false, size: 1, scale: 1 }),
+        tracks: false, size: 1, scale: 1, level: data.ramp.tracks ? 1 : 0 }),
       new Course(courses, { ...common, title: data.ramp.title, label: data.ramp.label,
         tracks: data.ramp.tracks, size: data.ramp.size, scale: data.ramp.scale }),
     ] : [];
@@ -120,8 +120,9 @@ class Explorer {
     const twins = twin && this.asked(() => at.sampledMargins);
     const L = (w) => at.L(w);
     const sampledL = twin && ((w) => twin.L(new Polar(1, w * period)));
-    this.bode.draw(L, sampledL, period);
-    this.nyquist.draw(L, sampledL, data.range, period);
+    const between = margins ? at.band.map((point) => point[0]) : [];
+    this.bode.draw(L, sampledL, period, between);
+    this.nyquist.draw(L, sampledL, data.range, period, between);
     if (margins) { this.bode.describe(margins); this.nyquist.describe(margins); }
     this.courses.forEach((course, power) => {
       const response = this.asked(() => at.response(0, power, data.horizon));

@@ -5,27 +5,26 @@ const TURN = 180 / Math.PI;
 class Bode {
   constructor(parent, range) {
     const x = { ...range, log: true, label: "ω, rad/s" };
-    this.size = new Plot(parent, { title: "|L|", height: 210, x, y: { low: 1e-3, high: 1e2, log: true, label: "Bode" } });
+    this.size = new Plot(parent, { title: "|L|", height: 210, x, y: { low: 1e-3, high: 1e2, log: true, label: "" } });
     this.phase = new Plot(parent, { title: "phase of L", height: 210, x,
       y: { low: -360, high: 0, label: "degrees", ticks: [-360, -270, -180, -90, 0] } });
     this.range = range;
   }
 
-  draw(L, twin, period) {
-    this.one("one", L, this.range.high);
-    if (twin) this.one("two", twin, Math.min(this.range.high, Math.PI / period));
+  // `between`: frequencies (rad/s) at which L bends, beside those that are drawn anyway.
+  draw(L, twin, period, between) {
+    this.one("one", L, this.range.high, between);
+    if (twin) this.one("two", twin, Math.min(this.range.high, Math.PI / period), []);
     this.size.curve("mark", [[this.range.low, 1], [this.range.high, 1]]);
     this.phase.curve("mark", [[this.range.low, -180], [this.range.high, -180]]);
   }
 
-  one(name, L, high) {
-    const { low } = this.range;
+  one(name, L, high, between) {
     const size = [];
     const phase = [];
     let last = null;
     let turned = 0;
-    for (let i = 0; i <= 240; i++) {
-      const w = low * Math.pow(high / low, i / 240);
+    for (const w of frequencies(this.range.low, high, between)) {
       const value = L(w);
       if (last) turned += angleBetween(last, value);
       else turned = startOf(value);
@@ -45,6 +44,13 @@ class Bode {
   }
 }
 
+// From low to high, evenly on a logarithmic axis, and those between.
+function frequencies(low, high, between) {
+  const out = between.filter((w) => w > low && w < high);
+  for (let i = 0; i <= 200; i++) out.push(low * Math.pow(high / low, i / 200));
+  return out.sort((a, b) => a - b);
+}
+
 // The phase at the left end, between −270° and 90°.
 function startOf(value) {
   const angle = Math.atan2(value[1], value[0]);
@@ -62,17 +68,10 @@ class Nyquist {
     made("text", { x: this.plot.px(-1) - 8, y: this.plot.py(0) - 8, "text-anchor": "end" }, this.plot.inside, "−1");
   }
 
-  draw(L, twin, range, period) {
-    const points = (f, high) => {
-      const out = [];
-      for (let i = 0; i <= 320; i++) {
-        const value = f(range.low * Math.pow(high / range.low, i / 320));
-        out.push([value[0], value[1]]);
-      }
-      return out;
-    };
-    this.plot.curve("one", points(L, range.high));
-    if (twin) this.plot.curve("two", points(twin, Math.min(range.high, Math.PI / period)));
+  draw(L, twin, range, period, between) {
+    this.plot.curve("one", frequencies(range.low, range.high, between).map(L));
+    const high = Math.min(range.high, Math.PI / period);
+    if (twin) this.plot.curve("two", frequencies(range.low, high, []).map(twin));
   }
 
   describe(margins) {
@@ -82,8 +81,8 @@ class Nyquist {
 
 // A response over time: continuous as a line, samples held between the instants.
 class Course {
-  constructor(parent, { title, horizon, unit, factor, tracks, size, scale, label }) {
-    Object.assign(this, { horizon, factor, tracks, size, scale });
+  constructor(parent, { title, horizon, unit, factor, tracks, size, scale, label, level }) {
+    Object.assign(this, { horizon, factor, tracks, size, scale, level });
     this.title = title;
     this.plot = new Plot(parent, { title, height: 230,
       x: { low: 0, high: horizon / factor, label: `t, ${unit}` }, y: { low: 0, high: 1, label } });
@@ -115,7 +114,7 @@ class Course {
     this.plot.axes();
   }
 
-  get goal() { return this.tracks || !this.level ? 0 : this.level; }
+  get goal() { return this.level ?? 0; }
 
   describe(words) { this.plot.describe(`${this.title}: ${words}${this.cut ? " It runs off the axes." : ""}`); }
 }

@@ -19,8 +19,8 @@ function shown(x, digits = 4) {
   if (!Number.isFinite(x)) return "–";
   if (x === 0) return "0";
   const size = Math.abs(x);
-  const text = size >= 1e5 || size < 1e-3 ? x.toExponential(digits - 1) : String(+x.toPrecision(digits));
-  return minus(text);
+  const rounded = +x.toPrecision(digits);
+  return minus(size >= 1e5 || size < 1e-3 ? rounded.toExponential() : String(rounded));
 }
 
 // Round numbers from low to high, about `count` of them.
@@ -33,9 +33,15 @@ function ticks(low, high, count) {
   return out;
 }
 
+// Powers of ten, and 2 and 5 times these where there would be few.
 function decades(low, high) {
+  const factors = high / low < 200 ? [1, 2, 5] : [1];
   const out = [];
-  for (let k = Math.ceil(Math.log10(low) - 1e-9); k <= Math.log10(high) + 1e-9; k++) out.push(Math.pow(10, k));
+  for (let k = Math.floor(Math.log10(low)) - 1; k <= Math.log10(high); k++)
+    for (const f of factors) {
+      const value = f * Math.pow(10, k);
+      if (value >= low * (1 - 1e-9) && value <= high * (1 + 1e-9)) out.push(+value.toPrecision(6));
+    }
   return out;
 }
 
