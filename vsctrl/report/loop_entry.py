@@ -12,6 +12,7 @@ from vsctrl.diagram import Loop
 from vsctrl.diagram.frequency.margins import Margins
 from vsctrl.errors import InputError, LimitError
 from vsctrl.report import plots
+from vsctrl.report.explorer.explorer import explorer
 from vsctrl.report.figures import figure
 from vsctrl.report.loop_answers import first_step_info
 from vsctrl.report.loop_tables import margins_table, parameter_table, roots_table, step_table
@@ -35,7 +36,7 @@ def loop_entry(
     progress(f"{loop.name}: margins and responses")
     opened = _of(lambda: loop.open)
     margins = None if opened is None else _of(opened.margins)
-    sections = [_the_loop(loop, opened)]
+    sections = [_the_loop(loop, opened), *_explorer(loop, prefix)]
     own = own_limits(loop, margins)
     if opened is not None and margins is not None:
         sections.append(_how_fast(loop, opened, margins, own, prefix))
@@ -84,6 +85,11 @@ def _the_loop(loop: Loop, opened: Any) -> Section:
     if loop.values:
         parts.append(parameter_table(loop))
     return Section("loop", "The loop", parts)
+
+
+def _explorer(loop: Loop, prefix: str) -> list[Section]:
+    moved = explorer(loop, f"{prefix}-explorer")
+    return [] if moved is None else [Section("move", "Move its numbers", [moved])]
 
 
 def _safe(name: str) -> str:

@@ -19,8 +19,9 @@ from typing import Any
 
 from markupsafe import Markup
 
+from vsctrl.report.explorer.script import explorer_script, explorer_style
 from vsctrl.report.rendering import render
-from vsctrl.report.section import Entry, Section
+from vsctrl.report.section import Entry, Scripted, Section
 
 GENERATOR = "vsctrl"  #: in the page's <meta name="generator">, by which a report knows its own
 _PACKAGES = ("numpy", "scipy", "sympy", "control", "matplotlib")
@@ -36,11 +37,13 @@ def page(
     `together`: sections about all entries; `command`: its origin; `paper`: the file of the page
     about the paper, empty where there is none.
     """
+    parts = [part for entry in entries for section in entry.sections for part in section.parts]
     return _guarded(
         "page.html",
         title=title,
         entries=entries,
         together=together,
+        explored=any(isinstance(part, Scripted) for part in parts),
         command=command,
         paper=paper,
         versions=[("Python", platform.python_version())] + [(p, version(p)) for p in _PACKAGES],
@@ -63,14 +66,21 @@ def paper_page(title: str, entries: Sequence[Entry], command: str, back: str) ->
     return _guarded("paper.html", title=title, sections=parts, command=command, back=back)
 
 
-def _guarded(template: str, **values: Any) -> str:
-    """A page that allows the styles and scripts that are in it, each by its hash."""
+def _guarded(template: str, explored: bool = False, **values: Any) -> str:
+    """A page that allows the styles and scripts that are in it, each by its hash.
+
+    explored: whether it holds an explorer, which has a script and a style of its own.
+    """
+    styles, scripts = [_own("templates/page.css")], [_own("scripts/page.js")]
+    if explored:
+        styles.append(explorer_style())
+        scripts.append(explorer_script())
     text = render(
         template,
         generator=f"{GENERATOR} {version('vsctrl')}",
         policy=_POLICY,
-        style=Markup(_own("templates/page.css")),
-        script=Markup(_own("scripts/page.js")),
+        style=Markup("".join(styles)),
+        script=Markup("".join(scripts)),
         **values,
     )
     text = text.lstrip()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import jinja2
 from markupsafe import Markup
 
-from vsctrl.report.section import Part, Picture, Table, Verbatim
+from vsctrl.report.section import Part, Picture, Scripted, Table, Verbatim
 from vsctrl.tables import visible
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ def _environment() -> jinja2.Environment:
     environment.tests |= {
         "table": lambda part: isinstance(part, Table),
         "picture": lambda part: isinstance(part, Picture),
+        "scripted": lambda part: isinstance(part, Scripted),
         "verbatim": lambda part: isinstance(part, Verbatim),
         "markup": lambda part: isinstance(part, Markup),
     }

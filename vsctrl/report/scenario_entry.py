@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from vsctrl import loop
 from vsctrl.derive import ledger
 from vsctrl.report import plots
+from vsctrl.report.explorer.explorer import figure_1_explorer
 from vsctrl.report.figure_1 import figure_1_sections, gain_readings
 from vsctrl.report.figures import figure
 from vsctrl.report.loop_sections import loop_sections
@@ -62,6 +64,7 @@ def _entry(x: Examination, kind: str, prefix: str) -> Entry:
         tiles=scenario_tiles(x),
         sections=[
             *_positioning(x, prefix),
+            *(_explorer(scenario, prefix) if x.figure_1 else []),
             *(figure_1_sections(x.figure_1, prefix) if x.figure_1 else _own_loop(x, prefix)),
             Section(
                 "file",
@@ -75,6 +78,11 @@ def _entry(x: Examination, kind: str, prefix: str) -> Entry:
         source=x,
         note=f"Scenario {scenario.digest}, seed {scenario.vision.seed}.",
     )
+
+
+def _explorer(scenario: Scenario, prefix: str) -> list[Section]:
+    moved = figure_1_explorer(loop.of(scenario), scenario.law.placement, f"{prefix}-explorer")
+    return [] if moved is None else [Section("move", "Move its numbers", [moved])]
 
 
 def _about(scenario: Scenario) -> str:

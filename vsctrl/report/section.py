@@ -77,8 +77,15 @@ class Verbatim:
     text: str
 
 
+@dataclass(frozen=True)
+class Scripted:
+    """An element that the page's script brings to life, and what stands there without script."""
+
+    html: Markup
+
+
 #: A paragraph is plain text; Markup is an element of the page that some module has made.
-Part = str | Markup | Table | Picture | Verbatim
+Part = str | Markup | Table | Picture | Verbatim | Scripted
 
 
 @dataclass(frozen=True)
