@@ -69,7 +69,9 @@ def test_a_slider_moves_by_keyboard_and_the_page_follows(figure_1):
     assert 2.5 < moved < 3
     label = figure_1.evaluate("document.querySelector('.slider output').textContent")
     assert label == f"{moved:g} s⁻¹"
-    assert figure_1.evaluate("document.querySelector('.figures path.one').getAttribute('d')") != before
+    assert (
+        figure_1.evaluate("document.querySelector('.figures path.one').getAttribute('d')") != before
+    )
     assert figure_1.evaluate("location.hash") == f"#e1-explorer?lam={moved:g}"
 
 

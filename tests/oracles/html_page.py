@@ -50,6 +50,11 @@ class Page(HTMLParser):
             self.body += data
 
 
+def without_scripts(source: str) -> str:
+    """A page's text but for its scripts and their data."""
+    return re.sub(r"<script\b.*?</script>", "", source, flags=re.DOTALL)
+
+
 def tables(source: str) -> list[list[list[str]]]:
     """Every table as rows of cells of plain text."""
     return [

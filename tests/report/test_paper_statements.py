@@ -11,14 +11,14 @@ from vsctrl.report.data import ReportData, StatementRow
 
 @pytest.fixture(scope="module")
 def page(report_of):
-    return (report_of("slide") / "index.html").read_text(encoding="utf-8")
+    return (report_of("slide") / "paper.html").read_text(encoding="utf-8")
 
 
 def test_the_page_of_the_paper_s_slide_has_them_all(page):
     start = page.index("What the paper says of its experiments</h2>")
-    section = html.unescape(page[start : page.index("<h2", start)])
+    section = html.unescape(page[start : page.index("</section>", start)])
     found = study.statements()
-    assert section.count("<tr>") == len(found) + 1
+    assert section.count("<tr ") == len(found) + 1
     assert found.summary in section
     for row in found:
         assert row.says in section and row.sentence in section and row.claim in section
@@ -30,7 +30,8 @@ def test_the_page_of_the_paper_s_slide_has_them_all(page):
 def test_a_report_of_another_scenario_does_not_speak_of_the_paper_s(report_of):
     for name in ("unstable", "prompt"):
         folder = report_of(name)
-        assert "What the paper says of its" not in (folder / "index.html").read_text("utf-8")
+        assert "What the paper says" not in (folder / "index.html").read_text("utf-8")
+        assert not (folder / "paper.html").exists()
         assert json.loads((folder / "report.json").read_text("utf-8"))["statements"] == []
 
 

@@ -86,7 +86,7 @@ def _clean(svg: str) -> str:
     svg = _UNSEEN.sub("", svg)
     svg = _MARKERS.sub(_shared, svg)
     svg = _TEXT.sub(_words, svg)
-    svg = _FRACTION.sub(_short, svg)
+    svg = _FRACTION.sub(_short, svg).replace(" \nL ", " ")  # a line needs no letter for each point
     for name, colour in PALETTE.items():
         svg = svg.replace(f'"{colour}"', f'"var(--{name},{colour})"')
     return svg.replace(f'"{INK}"', '"currentColor"').replace(f'"{PAPER}"', '"var(--paper,#fff)"')
@@ -114,6 +114,8 @@ def _words(text: re.Match[str]) -> str:
 
 
 def _short(number: re.Match[str]) -> str:
-    """A position to a hundredth of a point, finer than any screen, and a factor to six places."""
+    """A position to a twentieth of a point, finer than a screen, and a factor to six places."""
     value = float(number[0])
-    return f"{value:.{2 if abs(value) >= 1 else 6}f}".rstrip("0").rstrip(".")
+    return f"{value:.{1 if abs(value) >= 10 else 2 if abs(value) >= 1 else 6}f}".rstrip("0").rstrip(
+        "."
+    )
