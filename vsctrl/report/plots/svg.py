@@ -22,6 +22,7 @@ _FRACTION = re.compile(r"-?\d+\.\d{3,}")
 _STYLED = re.compile(r'style="([^"]*)"')
 _TEXT = re.compile(r"<text.*?</text>", re.DOTALL)
 _UNSEEN = re.compile(r'<path d="[^"]*" fill="none"/>\n')  # neither filled nor drawn
+_LINES = re.compile(r' d="[^QC"]*"')  # of straight pieces, which need no letter for each point
 _MARKERS = re.compile(r"<g([^>]*)>\n((?:<use [^>]*/>\n){2,})</g>")
 _FAMILY = re.compile(r""" font-family="'DejaVu Sans'[^"]*\"""")
 #: Letters as wide as those that Matplotlib measures, in this order.
@@ -86,7 +87,7 @@ def _clean(svg: str) -> str:
     svg = _UNSEEN.sub("", svg)
     svg = _MARKERS.sub(_shared, svg)
     svg = _TEXT.sub(_words, svg)
-    svg = _FRACTION.sub(_short, svg).replace(" \nL ", " ")  # a line needs no letter for each point
+    svg = _LINES.sub(lambda found: found[0].replace(" \nL ", " "), _FRACTION.sub(_short, svg))
     for name, colour in PALETTE.items():
         svg = svg.replace(f'"{colour}"', f'"var(--{name},{colour})"')
     return svg.replace(f'"{INK}"', '"currentColor"').replace(f'"{PAPER}"', '"var(--paper,#fff)"')
