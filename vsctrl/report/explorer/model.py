@@ -27,7 +27,8 @@ _FUNCTIONS |= {sp.Abs: "abs"}
 
 def tree(expr: Any) -> Tree:
     """A formula of parameters as a tree. Errors: `InputError` for a function not known there."""
-    expr = sp.sympify(expr)
+    if not isinstance(expr, sp.Basic):
+        return float(expr)
     if expr.is_Symbol:
         return expr.name
     if expr.is_number:
