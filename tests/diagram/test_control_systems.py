@@ -4,6 +4,7 @@ import control
 import effort
 import numpy as np
 import pytest
+import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -89,3 +90,65 @@ def test_two_channels_of_an_unstable_plant_are_said_to_be_copies():
     system = vs.Diagram([*parts, *once], ["r"], ["x"]).at()
     assert system.poles(2).real.max() < 0 and system["r", "x"](0) == pytest.approx(0.25)
     assert not any("copies" in line.faces for line in system.check().lines)
+
+
+def dense(n, inputs, outputs, seed):
+    """A state space all of whose matrices are full."""
+    random = np.random.default_rng(seed)
+    A = np.round(random.normal(size=(n, n)), 3) - 2 * np.eye(n)
+    B, C = (
+        np.round(random.normal(size=(n, inputs)), 3),
+        np.round(random.normal(size=(outputs, n)), 3),
+    )
+    return control.ss(A, B, C, np.round(random.normal(size=(outputs, inputs)), 2))
+
+
+@pytest.mark.parametrize(("n", "inputs", "outputs"), [(4, 2, 3), (6, 1, 2)])
+def test_full_state_spaces_are_what_python_control_evaluates(n, inputs, outputs):
+    """Sixteen gains a state and more are put in before the equations are solved."""
+    system = dense(n, inputs, outputs, n)
+    diagram = vs.Diagram.from_control(system)
+    ours = diagram.at()
+    assert np.sort_complex(ours.poles(n)) == pytest.approx(
+        np.sort_complex(control.poles(system)), rel=1e-9
+    )
+    for i, target in enumerate(diagram.outputs[:outputs]):
+        for j, source in enumerate(diagram.inputs):
+            H = ours[source, target]
+            expected = [system(p)[i, j] for p in AT]
+            np.testing.assert_allclose(H(AT), expected, rtol=1e-10)
+            assert H.dc_gain == pytest.approx(np.real(system(0)[i, j]), rel=1e-9)
+
+
+def test_a_full_state_space_keeps_what_its_channels_hide():
+    """An unstable state that no input reaches, in coordinates in which all matrices are full."""
+    A = np.diag([-1.0, -2.0, -3.0, 0.5])
+    B = np.array([[1.0, 0], [0, 1], [1, 1], [0, 0]])
+    C = np.array([[1.0, 2, 0, 1], [0, 1, 1, -1]])
+    # Orthogonal and rational, so that nothing is rounded.
+    v = np.array([1.0, 1, 1, 1])
+    V = np.eye(4) - np.outer(v, v) / 2
+    diagram = vs.Diagram.from_control(control.ss(V @ A @ V, V @ B, C @ V, 0))
+    system = diagram.at()
+    assert system.unstable_roots == 1 and system.poles(1)[0] == pytest.approx(0.5, rel=1e-9)
+    H = system[diagram.inputs[0], diagram.outputs[0]]
+    np.testing.assert_allclose(H(AT), 1 / (AT + 1), rtol=1e-10)
+    assert H.poles(1)[0] == pytest.approx(-1, rel=1e-9)
+    assert sp.cancel(H.expr - 1 / (s + 1)) == 0
+
+
+def test_the_margins_of_a_full_plant_under_feedback_are_those_of_python_control():
+    system = dense(4, 1, 2, 3)
+    plant = vs.Diagram.from_control(system)
+    u, y = plant.inputs[0], plant.outputs[0]
+    back = [vs.Sum(f"{u} = r - late"), vs.Block("delay", 1, f"{y} -> late")]
+    loop = vs.Diagram([*plant.parts, *back], inputs=["r"], outputs=plant.outputs).at()
+    m = loop.open(y).margins()
+    closed = control.ss(
+        system.A - system.B @ system.C[:1] / (1 + system.D[0, 0]), system.B, system.C, 0
+    )
+    assert m.stable == bool((closed.poles().real < 0).all())
+    for w, phase in m.gain_crossings:
+        L = system(1j * w)[0, 0]
+        assert abs(L) == pytest.approx(1, rel=1e-9)
+        assert np.exp(1j * phase) == pytest.approx(-L / abs(L), abs=1e-9)

@@ -3,7 +3,9 @@
 Each block is one letter g₁…gₙ while the loop equations are solved, fraction-free; what the
 letters stand for is put in afterwards. That keeps a fourteen-block diagram as quick to solve as its
 loops are few, keeps each delay a symbol of its own until the very end, and gives numeric
-evaluation a form that has not been multiplied out.
+evaluation a form that has not been multiplied out. A state space of many gains and integrators has
+too many letters for that: there gains that are numbers are put in before, and all blocks that are
+alike share a letter meanwhile.
 """
 
 from __future__ import annotations
@@ -15,8 +17,11 @@ import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
 from vsctrl.diagram.description.wiring import Wiring, resolve
+from vsctrl.diagram.numerics.graphs import reached
 from vsctrl.errors import InputError
 from vsctrl.symbols import s
+
+MANY = 16  #: blocks that are numbers, from which on they are put in before equations are solved
 
 
 class GainForm:
@@ -25,15 +30,27 @@ class GainForm:
     def __init__(self, diagram: Wiring) -> None:
         self.diagram = diagram
         self.letters = sp.symbols(f"g1:{len(diagram.blocks) + 1}")
-        self.ring = sp.ZZ[self.letters] if self.letters else sp.ZZ
-        index = {block.output: i for i, block in enumerate(diagram.blocks)}
+        self._numbers = _numbers(diagram)
+        letter_of = dict(zip((b.output for b in diagram.blocks), self.letters, strict=True))
+        blocks = [block for block in diagram.blocks if block.output not in self._numbers]
+        #: A letter → those of all blocks that it stands for while the equations are solved.
+        self._alike: dict[sp.Symbol, list[sp.Symbol]] = {}
+        first: dict[Any, sp.Symbol] = {}
+        for block in blocks:
+            own = letter_of[block.output]
+            key = block.expr if self._numbers else block.output
+            self._alike.setdefault(first.setdefault(key, own), []).append(own)
+        domain = sp.QQ if self._numbers else sp.ZZ
+        self.ring = domain[tuple(self._alike)] if self._alike else domain
+        index = {block.output: i for i, block in enumerate(blocks)}
         n = len(index)
         rows = [[self.ring.zero] * n for _ in range(n)]
         drive: dict[str, list[Any]] = {u: [self.ring.zero] * n for u in diagram.inputs}
-        for i, block in enumerate(diagram.blocks):
+        for i, block in enumerate(blocks):
             rows[i][i] += self.ring.one
-            gain = self.ring.from_sympy(self.letters[i])
-            for leaf, factor in resolve(diagram, block.input).items():
+            key = block.expr if self._numbers else block.output
+            gain = self.ring.from_sympy(first[key])
+            for leaf, factor in self._leaves(block.input).items():
                 if leaf in index:
                     rows[i][index[leaf]] -= factor * gain
                 else:
@@ -43,6 +60,30 @@ class GainForm:
         self._drive = drive
         self.channel = cache(self._channel)
         self._solve = cache(self._solve_input)
+
+    def _leaves(self, signal: str) -> dict[str, Any]:
+        """The signal as a sum of inputs and of outputs of blocks that are letters."""
+        total: dict[str, Any] = {}
+        for leaf, factor in resolve(self.diagram, signal).items():
+            parts = {leaf: 1}
+            if leaf in self._numbers:
+                value, source = self._numbers[leaf]
+                parts = {name: value * part for name, part in self._leaves(source).items()}
+            for name, part in parts.items():
+                total[name] = total.get(name, 0) + factor * part
+        return {name: factor for name, factor in total.items() if factor}
+
+    def _in_letters(self, polynomial: Any) -> sp.Expr:
+        """A polynomial of first degree in each letter: gᵏ is a product of k that are alike."""
+        expr = self.ring.to_sympy(polynomial)
+        if all(len(letters) == 1 for letters in self._alike.values()):
+            return expr
+        groups = list(self._alike.values())
+        terms = []
+        for powers, factor in sp.Poly(expr, *self._alike).terms():
+            held = [g for k, alike in zip(powers, groups, strict=True) for g in alike[:k]]
+            terms.append(factor * sp.Mul(*held))
+        return sp.Add(*terms)
 
     def _solve_input(self, source: str) -> tuple[list[Any], Any]:
         n = len(self._index)
@@ -60,13 +101,30 @@ class GainForm:
         """(N, Δ) with target = N/Δ · source, common factors cancelled in the letters."""
         numerators, determinant = self._solve(source)
         total = self.ring.zero
-        for leaf, factor in resolve(self.diagram, target).items():
+        for leaf, factor in self._leaves(target).items():
             if leaf in self._index:
                 total += factor * numerators[self._index[leaf]]
             elif leaf == source:
                 total += factor * determinant
-        num, den = total.cancel(determinant) if self.letters else (total, determinant)
-        return self.ring.to_sympy(num), self.ring.to_sympy(den)
+        num, den = total.cancel(determinant) if self._alike else (total, determinant)
+        return self._in_letters(num), self._in_letters(den)
+
+
+def _numbers(diagram: Wiring) -> dict[str, tuple[Any, str]]:
+    """Output → (number, input) of blocks that are numbers and in no loop of such; few are none."""
+    found = {
+        block.output: (sp.QQ.from_sympy(block.expr), block.input)
+        for block in diagram.blocks
+        if block.expr.is_Rational
+    }
+    if len(found) < MANY:
+        return {}
+
+    def before(name: str) -> list[str]:
+        return [leaf for leaf in resolve(diagram, found[name][1]) if leaf in found]
+
+    looped = {name for name in found if name in reached(before(name), before)}
+    return {name: pair for name, pair in found.items() if name not in looped}
 
 
 class Solved(Wiring):
